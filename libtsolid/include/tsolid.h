@@ -247,10 +247,7 @@ TSOLID_API double tsolid_boundary_scale(const tsolid_boundary *boundary);
 typedef struct tsolid_tmesh tsolid_tmesh;
 
 typedef struct tsolid_tmesh_options { /* all zero = default */
-  int min_cells;                      /* at least so many core cells per axis; 0: 3 */
-  const int *box; /* core cells given by the caller instead of the tensor grid: n_boxes rows of
-                     (lo, hi) per axis, in indices of core lines; NULL: the tensor grid */
-  int n_boxes;
+  int min_cells; /* at least so many core cells per axis; 0: 3 */
 } tsolid_tmesh_options;
 
 typedef struct tsolid_tmesh_view {

@@ -124,7 +124,7 @@ static inline int tsi_side_t(int side) {
  * 4 and n-5 are the core surface, 3, 5, n-6, n-4 the zero-interval planes beside it; they and R-
  * exist only where a cell has a face on them. Core line m (0..n_lines-1) is plane 4 for m = 0,
  * 5 + m inside, n-5 for the last. */
-enum { TSI_LOW_PLANE = 4, TSI_EXTRA_PLANES = 11 };
+enum { TSI_LOW_PLANE = 4, TSI_EXTRA_PLANES = 10 };
 
 struct tsolid_tmesh {
   tsi_allocator allocator;

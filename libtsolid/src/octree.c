@@ -1,0 +1,181 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later
+ * The core: lines per axis from the T-junctions of the four sides that carry the axis, and core
+ * cells between them.
+ *
+ * Source: Zhang, Wang, Hughes (2012), section 3. T-junctions are the corners of the sides' Bezier
+ * elements. The core is the full tensor grid of the lines. Lines much closer than their neighbours
+ * are taken together: inner lines are free (conformity does not depend on them), and two planes
+ * 1e-12 apart would give slopes of 1e12. */
+#include "internal.h"
+
+#include <stdlib.h>
+
+static const char *const STAGE = "tmesh";
+
+/* Two lines closer than this fraction of the wider neighbouring gap become one. */
+static const double MERGE_FRACTION = 1.0 / 20.0;
+
+enum { DEFAULT_MIN_CELLS = 3, MAX_MIN_CELLS = 256, MAX_CORE_CELLS = 1 << 23 };
+
+static int compare_doubles(const void *a, const void *b) {
+  double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+/* All element borders of the four sides along `axis`, ascending and distinct; *n of them. */
+static double *collect_lines(const tsolid_boundary *boundary, int axis, tsi_arena *arena, int *n) {
+  size_t room = 2;
+  for (int side = 0; side < 6; side++)
+    if (tsi_side_axis(side) != axis)
+      room += 2 * (size_t)boundary->side[side].n_elements;
+  double *line = tsi_arena_new(arena, room, sizeof *line);
+  if (!line)
+    return NULL;
+  size_t count = 0;
+  line[count++] = 0.0;
+  line[count++] = 1.0;
+  for (int side = 0; side < 6; side++) {
+    if (tsi_side_axis(side) == axis)
+      continue;
+    const tsi_side *s = &boundary->side[side];
+    int first = tsi_side_s(side) == axis ? 0 : 2;
+    for (int e = 0; e < s->n_elements; e++) {
+      line[count++] = s->box[4 * e + first];
+      line[count++] = s->box[4 * e + first + 1];
+    }
+  }
+  qsort(line, count, sizeof *line, compare_doubles);
+  size_t unique = 1;
+  for (size_t i = 1; i < count; i++)
+    if (line[i] > line[unique - 1])
+      line[unique++] = line[i];
+  *n = (int)unique;
+  return line;
+}
+
+/* Takes lines together, the relatively closest pair first, until none is too close. */
+static int merge_lines(double *line, int n) {
+  for (;;) {
+    int closest = -1;
+    double smallest = MERGE_FRACTION;
+    for (int i = 0; i + 1 < n; i++) {
+      double before = i > 0 ? line[i] - line[i - 1] : 0.0;
+      double after = i + 2 < n ? line[i + 2] - line[i + 1] : 0.0;
+      double ratio = (line[i + 1] - line[i]) / fmax(before, after);
+      if (n > 2 && ratio < smallest) {
+        smallest = ratio;
+        closest = i;
+      }
+    }
+    if (closest < 0)
+      return n;
+    int gone = closest + 1 < n - 1 ? closest + 1 : closest; /* the ends 0 and 1 stay */
+    memmove(line + gone, line + gone + 1, (size_t)(n - gone - 1) * sizeof *line);
+    n--;
+  }
+}
+
+/* Halves the widest interval until there are `cells` of them. */
+static int split_lines(double *line, int n, int cells) {
+  while (n - 1 < cells) {
+    int widest = 0;
+    for (int i = 1; i + 1 < n; i++)
+      if (line[i + 1] - line[i] > line[widest + 1] - line[widest])
+        widest = i;
+    memmove(line + widest + 2, line + widest + 1, (size_t)(n - widest - 1) * sizeof *line);
+    line[widest + 1] = 0.5 * (line[widest] + line[widest + 2]);
+    n++;
+  }
+  return n;
+}
+
+/* Lines of one axis with room for splitting; NULL: no memory. */
+static double *axis_lines(const tsolid_boundary *boundary, int axis, int min_cells,
+                          tsi_arena *arena, int *n) {
+  double *found = collect_lines(boundary, axis, arena, n);
+  if (!found)
+    return NULL;
+  *n = merge_lines(found, *n);
+  if (*n - 1 >= min_cells)
+    return found;
+  if (*n == 2) { /* nothing in between: equal parts */
+    double *line = tsi_arena_new(arena, (size_t)min_cells + 1, sizeof *line);
+    for (int i = 0; line && i <= min_cells; i++)
+      line[i] = (double)i / min_cells;
+    *n = min_cells + 1;
+    return line;
+  }
+  double *line = tsi_arena_new(arena, (size_t)min_cells + 2, sizeof *line);
+  if (!line)
+    return NULL;
+  memcpy(line, found, (size_t)*n * sizeof *line);
+  *n = split_lines(line, *n, min_cells);
+  return line;
+}
+
+/* R of each arm: twice the width of the core cells next to it. */
+static void choose_arm_heights(const int n_lines[3], double *const line[3], double height[6]) {
+  for (int a = 0; a < 3; a++) {
+    int n = n_lines[a];
+    height[2 * a] = 2.0 * (line[a][1] - line[a][0]);
+    height[2 * a + 1] = 2.0 * (line[a][n - 1] - line[a][n - 2]);
+  }
+}
+
+static int *tensor_boxes(const int n_lines[3], int n_boxes, tsi_arena *arena) {
+  int *box = tsi_arena_new(arena, 6 * (size_t)n_boxes, sizeof *box);
+  int *at = box;
+  if (!box)
+    return NULL;
+  for (int k = 0; k + 1 < n_lines[2]; k++)
+    for (int j = 0; j + 1 < n_lines[1]; j++)
+      for (int i = 0; i + 1 < n_lines[0]; i++) {
+        int row[6] = {i, j, k, i + 1, j + 1, k + 1};
+        memcpy(at, row, sizeof row);
+        at += 6;
+      }
+  return box;
+}
+
+tsolid_status tsolid_tmesh_create(tsolid_context *context, const tsolid_boundary *boundary,
+                                  const tsolid_tmesh_options *options, tsolid_tmesh **tmesh) {
+  tsolid_status status = TSOLID_OK;
+  if (!context || !boundary || !tmesh)
+    return TSOLID_ERROR_ARGUMENT;
+  *tmesh = NULL;
+  int min_cells = options && options->min_cells ? options->min_cells : DEFAULT_MIN_CELLS;
+  if (min_cells < 1 || min_cells > MAX_MIN_CELLS)
+    return tsi_fail(context, TSOLID_ERROR_ARGUMENT, STAGE,
+                    "The least number of core cells per axis must be 1 to %d, not %d",
+                    MAX_MIN_CELLS, min_cells);
+  tsi_arena arena = tsi_arena_create(context);
+  double *line[3] = {NULL, NULL, NULL};
+  int n_lines[3];
+  double n_cells = 1.0, height[6];
+  for (int a = 0; a < 3; a++) {
+    line[a] = axis_lines(boundary, a, min_cells, &arena, &n_lines[a]);
+    if (!line[a]) {
+      status = tsi_no_memory(context, STAGE);
+      goto done;
+    }
+    n_cells *= n_lines[a] - 1;
+  }
+  if (n_cells > MAX_CORE_CELLS) {
+    status = tsi_fail(context, TSOLID_ERROR_REFUSED, STAGE,
+                      "The sides' knots ask for %.0f core cells, more than the %d that are taken; "
+                      "give sides with fewer knots",
+                      n_cells, MAX_CORE_CELLS);
+    goto done;
+  }
+  choose_arm_heights(n_lines, line, height);
+  int *box = tensor_boxes(n_lines, (int)n_cells, &arena);
+  if (!box) {
+    status = tsi_no_memory(context, STAGE);
+    goto done;
+  }
+  status = tsi_tmesh_from_boxes(context, n_lines, (const double *const *)line, (int)n_cells, box,
+                                height, tmesh);
+done:
+  tsi_arena_free(&arena);
+  return status;
+}
