@@ -227,10 +227,15 @@ struct tsolid_solid {
   tsi_allocator allocator;
   int references;
   const tsolid_space *space;
-  double *control;     /* homogeneous, (n_inner + 2 n_surface) x 4: inner, R-, R */
-  int constant_weight; /* all weights are the same number: W is that constant */
-  double start_worst;  /* worst scaled Jacobian of the harmonic start; NaN: not known */
+  double *control;          /* homogeneous, (n_inner + 2 n_surface) x 4: inner, R-, R */
+  int constant_weight;      /* all weights are the same number: W is that constant */
+  double start_worst;       /* worst scaled Jacobian of the harmonic start; NaN: not known */
+  struct tsi_bvh *physical; /* over the elements' Euclidean control nets: tsi_solid_index */
 };
+
+/* Builds solid->physical (freed by tsolid_solid_free with tsi_bvh_free): every function that
+ * creates a solid calls it last, once `control` is final. */
+tsolid_status tsi_solid_index(tsolid_context *context, tsolid_solid *solid);
 
 void tsi_solid_retain(const tsolid_solid *solid);
 
