@@ -1,0 +1,12 @@
+#!/bin/sh
+# SPDX-License-Identifier: LGPL-2.1-or-later
+# The C tests once more, compiled by clang, under the address, leak and undefined behaviour
+# sanitizers.
+. "${TSOLID_SOURCE_DIR:?}/tests/check.sh"
+build=$TSOLID_BUILD_DIR/sanitized
+check "configure" cmake -G Ninja -S "$TSOLID_SOURCE_DIR" -B "$build" -DCMAKE_C_COMPILER=clang \
+  -DCMAKE_BUILD_TYPE=RelWithDebInfo -DTSOLID_SANITIZE=ON
+check "build" cmake --build "$build"
+cd "$build" || exit 1
+check "C tests" ctest --output-on-failure --no-tests=error -L '^c$' -LE long
+check_done
