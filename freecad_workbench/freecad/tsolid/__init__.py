@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""tsolid for FreeCAD: hex blocks with watertight, conformal borders from the spline faces of a part.
+
+    import freecad.tsolid as ts
+    result = ts.check(shape)      # can it become a solid, and where not?
+    result = ts.build(shape)      # build it, prove it, measure it
+
+Only these need FreeCAD; header, library and binding do not.
+"""
+
+_API = {
+    "check": "api",
+    "build": "api",
+    "Options": "api",
+    "CheckResult": "api",
+    "BuildResult": "api",
+    "create": "document",
+}
+
+__all__ = sorted(_API)
+
+
+def __getattr__(name):
+    if name not in _API:
+        raise AttributeError("module %r has no attribute %r" % (__name__, name))
+    import importlib
+
+    return getattr(importlib.import_module("." + _API[name], __name__), name)

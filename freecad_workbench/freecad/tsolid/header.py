@@ -1,0 +1,451 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Mirror of tsolid.h for ctypes: version, enums, structs and prototypes, in the header's order.
+
+Opaque handles are plain addresses (c_void_p). tests/test_binding.py compares every line here
+with the header; library.py compares the sizes with the library that was found.
+"""
+
+import ctypes
+import enum
+from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_void_p
+
+VERSION = "0.1.0"
+ABI = 1
+
+
+# An enumerator's name is the header's without "TSOLID_".
+
+
+class Status(enum.IntEnum):
+    OK = 0
+    ERROR_MEMORY = 1
+    ERROR_ARGUMENT = 2
+    ERROR_INPUT = 3
+    ERROR_REFUSED = 4
+    ERROR_IO = 5
+    ERROR_CANCELLED = 6
+    ERROR_NUMERIC = 7
+    ERROR_INTERNAL = 8
+
+
+class Severity(enum.IntEnum):
+    NOTE = 0
+    WARNING = 1
+    ERROR = 2
+
+
+class Entity(enum.IntEnum):
+    ENTITY_NONE = 0
+    ENTITY_PATCH = 1
+    ENTITY_BORDER = 2
+    ENTITY_VERTEX = 3
+    ENTITY_SIDE = 4
+    ENTITY_ISOLINE = 5
+    ENTITY_CORNER = 6
+    ENTITY_ELEMENT = 7
+    ENTITY_FUNCTION = 8
+    ENTITY_LINE = 9
+
+
+class Verdict(enum.IntEnum):
+    POSITIVE = 0
+    NOT_POSITIVE = 1
+    UNDECIDED = 2
+
+
+ENUMS = {
+    "tsolid_status": Status,
+    "tsolid_severity": Severity,
+    "tsolid_entity": Entity,
+    "tsolid_verdict": Verdict,
+}
+
+ALLOCATE = ctypes.CFUNCTYPE(c_void_p, c_void_p, c_size_t)
+RELEASE = ctypes.CFUNCTYPE(None, c_void_p, c_void_p)
+PROGRESS = ctypes.CFUNCTYPE(c_int, c_void_p, c_char_p, c_double)
+
+CALLBACKS = {
+    "tsolid_allocate_fn": ALLOCATE,
+    "tsolid_release_fn": RELEASE,
+    "tsolid_progress_fn": PROGRESS,
+}
+
+_ints = POINTER(c_int)
+_doubles = POINTER(c_double)
+
+
+class FindingStruct(ctypes.Structure):
+    _fields_ = [
+        ("severity", c_int),
+        ("status", c_int),
+        ("entity", c_int),
+        ("index", c_int * 2),
+        ("has_point", c_int),
+        ("point", c_double * 3),
+        ("measured", c_double),
+        ("allowed", c_double),
+        ("stage", c_char_p),
+        ("text", c_char_p),
+    ]
+
+
+class ContextOptions(ctypes.Structure):
+    _fields_ = [
+        ("allocate", ALLOCATE),
+        ("release", RELEASE),
+        ("allocator_data", c_void_p),
+        ("progress", PROGRESS),
+        ("progress_data", c_void_p),
+        ("n_threads", c_int),
+    ]
+
+
+class PatchStruct(ctypes.Structure):
+    _fields_ = [
+        ("degree", c_int * 2),
+        ("n_control", c_int * 2),
+        ("knots", _doubles * 2),
+        ("points", _doubles),
+        ("weights", _doubles),
+        ("name", c_char_p),
+        ("border_name", c_char_p * 4),
+        ("corner_name", c_char_p * 4),
+        ("border_tolerance", c_double * 4),
+    ]
+
+
+class BezierSide(ctypes.Structure):
+    _fields_ = [
+        ("degree", c_int * 2),
+        ("n_elements", c_int),
+        ("box", _doubles),
+        ("function_start", _ints),
+        ("function", _ints),
+        ("coefficient", _doubles),
+    ]
+
+
+class BezierBoundary(ctypes.Structure):
+    _fields_ = [
+        ("n_functions", c_int),
+        ("points", _doubles),
+        ("side", BezierSide * 6),
+    ]
+
+
+class BoundaryInput(ctypes.Structure):
+    _fields_ = [
+        ("n_patches", c_int),
+        ("patches", POINTER(PatchStruct)),
+        ("bezier", POINTER(BezierBoundary)),
+    ]
+
+
+class BoundaryOptions(ctypes.Structure):
+    _fields_ = [
+        ("tolerance", c_double),
+        ("refine_knots", c_int),
+        ("raise_degree", c_int),
+    ]
+
+
+class Requirement(ctypes.Structure):
+    _fields_ = [
+        ("satisfied", c_int),
+        ("closed", c_int),
+        ("connected", c_int),
+        ("genus", c_int),
+        ("n_patches", c_int),
+        ("n_vertices", c_int),
+        ("n_edges", c_int),
+        ("n_extraordinary", c_int),
+        ("n_violations", c_int),
+        ("corner", (c_double * 3) * 8),
+        ("side_grid", (c_int * 2) * 6),
+    ]
+
+
+class Preparation(ctypes.Structure):
+    _fields_ = [
+        ("snap", c_double * 12),
+        ("snap_inside", c_double * 6),
+        ("weight_factor", c_double * 6),
+        ("knot_merge", c_double),
+        ("n_knots_inserted", c_int),
+        ("n_degrees_raised", c_int),
+        ("refine_knots", c_int),
+        ("raise_degree", c_int),
+    ]
+
+
+class Placement(ctypes.Structure):
+    _fields_ = [
+        ("side", c_int),
+        ("swap", c_int),
+        ("flip", c_int * 2),
+        ("box", c_double * 4),
+        ("domain", c_double * 4),
+    ]
+
+
+class TmeshOptions(ctypes.Structure):
+    _fields_ = [("min_cells", c_int)]
+
+
+class TmeshView(ctypes.Structure):
+    _fields_ = [
+        ("n_planes", c_int * 3),
+        ("plane_value", _doubles * 3),
+        ("core_plane", (c_int * 2) * 3),
+        ("n_cells", c_int),
+        ("cell", _ints),
+        ("cell_block", _ints),
+        ("arm_height", c_double * 6),
+        ("n_nodes", c_int),
+        ("n_partial_extraordinary", c_int),
+        ("n_extraordinary", c_int),
+    ]
+
+
+class SpaceView(ctypes.Structure):
+    _fields_ = [
+        ("n_functions", c_int),
+        ("n_inner", c_int),
+        ("n_surface", c_int),
+        ("n_elements", c_int),
+        ("element_block", _ints),
+        ("element_degree", _ints),
+        ("element_box", _doubles),
+    ]
+
+
+class SolidOptions(ctypes.Structure):
+    _fields_ = [("effort", c_int)]
+
+
+class CertificateOptions(ctypes.Structure):
+    _fields_ = [("max_depth", c_int)]
+
+
+class CertificateStruct(ctypes.Structure):
+    _fields_ = [
+        ("verdict", c_int),
+        ("n_elements", c_int),
+        ("n_positive", c_int),
+        ("n_not_positive", c_int),
+        ("n_undecided", c_int),
+        ("n_singular", c_int),
+        ("singular", (c_double * 3) * 8),
+        ("depth", c_int),
+        ("element", c_int),
+        ("u", c_double * 3),
+        ("point", c_double * 3),
+        ("smallest_bound", c_double),
+    ]
+
+
+class Quality(ctypes.Structure):
+    _fields_ = [
+        ("worst", c_double),
+        ("mean", c_double),
+        ("best", c_double),
+        ("worst_element", c_int),
+        ("worst_u", c_double * 3),
+        ("worst_point", c_double * 3),
+        ("start_worst", c_double),
+        ("bound", c_double),
+        ("bound_point", c_double * 3),
+        ("ratio", c_double),
+    ]
+
+
+class BasisReport(ctypes.Structure):
+    _fields_ = [
+        ("sum_defect", c_double),
+        ("smallest_value", c_double),
+        ("rank_measured", c_int),
+        ("inner_eigenvalue", c_double),
+        ("surface_eigenvalue", c_double),
+        ("inner_roundoff", c_double),
+        ("surface_roundoff", c_double),
+        ("diagonal_jump", c_double),
+        ("core_jump", c_double),
+    ]
+
+
+class ContinuityReport(ctypes.Structure):
+    _fields_ = [
+        ("area", c_double * 4),
+        ("n_faces", c_int),
+        ("n_below_expected", c_int),
+        ("largest_excess", c_double),
+    ]
+
+
+class ConformityReport(ctypes.Structure):
+    _fields_ = [
+        ("n_samples", c_int),
+        ("distance", c_double),
+        ("scale", c_double),
+        ("control_identical", c_int),
+        ("volume", c_double),
+        ("flux", c_double),
+    ]
+
+
+class Statistics(ctypes.Structure):
+    _fields_ = [
+        ("input_nodes", c_int),
+        ("input_elements", c_int),
+        ("tmesh_nodes", c_int),
+        ("interior_extraordinary_nodes", c_int),
+        ("partial_extraordinary_nodes", c_int),
+        ("core_cells", c_int),
+        ("n_functions", c_int),
+        ("n_inner", c_int),
+        ("bezier_elements", c_int),
+    ]
+
+
+class Timing(ctypes.Structure):
+    _fields_ = [
+        ("boundary", c_double),
+        ("tmesh", c_double),
+        ("space", c_double),
+        ("start", c_double),
+        ("optimise", c_double),
+        ("certify", c_double),
+        ("report", c_double),
+        ("total", c_double),
+        ("peak_memory_mib", c_double),
+    ]
+
+
+class ReportStruct(ctypes.Structure):
+    _fields_ = [
+        ("requirement", Requirement),
+        ("preparation", Preparation),
+        ("statistics", Statistics),
+        ("conformity", ConformityReport),
+        ("basis", BasisReport),
+        ("continuity", ContinuityReport),
+        ("certificate", CertificateStruct),
+        ("quality", Quality),
+        ("timing", Timing),
+    ]
+
+
+class ReportOptions(ctypes.Structure):
+    _fields_ = [("max_rank_functions", c_int)]
+
+
+STRUCTS = {
+    "tsolid_finding": FindingStruct,
+    "tsolid_context_options": ContextOptions,
+    "tsolid_patch": PatchStruct,
+    "tsolid_bezier_side": BezierSide,
+    "tsolid_bezier_boundary": BezierBoundary,
+    "tsolid_boundary_input": BoundaryInput,
+    "tsolid_boundary_options": BoundaryOptions,
+    "tsolid_requirement": Requirement,
+    "tsolid_preparation": Preparation,
+    "tsolid_placement": Placement,
+    "tsolid_tmesh_options": TmeshOptions,
+    "tsolid_tmesh_view": TmeshView,
+    "tsolid_space_view": SpaceView,
+    "tsolid_solid_options": SolidOptions,
+    "tsolid_certificate_options": CertificateOptions,
+    "tsolid_certificate": CertificateStruct,
+    "tsolid_quality": Quality,
+    "tsolid_basis_report": BasisReport,
+    "tsolid_continuity_report": ContinuityReport,
+    "tsolid_conformity_report": ConformityReport,
+    "tsolid_statistics": Statistics,
+    "tsolid_timing": Timing,
+    "tsolid_report": ReportStruct,
+    "tsolid_report_options": ReportOptions,
+}
+
+OPAQUE = (
+    "tsolid_context",
+    "tsolid_boundary",
+    "tsolid_tmesh",
+    "tsolid_space",
+    "tsolid_solid",
+    "tsolid_boundary_file",
+)
+
+_handle = c_void_p
+_handle_out = POINTER(c_void_p)
+
+# name: (result, arguments)
+FUNCTIONS = {
+    "tsolid_version": (c_char_p, []),
+    "tsolid_abi": (c_int, []),
+    "tsolid_struct_size": (c_size_t, [c_char_p]),
+    "tsolid_context_create": (c_int, [POINTER(ContextOptions), _handle_out]),
+    "tsolid_context_free": (None, [_handle]),
+    "tsolid_context_n_findings": (c_int, [_handle]),
+    "tsolid_context_finding": (POINTER(FindingStruct), [_handle, c_int]),
+    "tsolid_context_clear": (None, [_handle]),
+    "tsolid_release": (None, [_handle, c_void_p]),
+    "tsolid_boundary_create": (
+        c_int,
+        [
+            _handle,
+            POINTER(BoundaryInput),
+            POINTER(BoundaryOptions),
+            POINTER(Requirement),
+            _handle_out,
+        ],
+    ),
+    "tsolid_boundary_free": (None, [_handle]),
+    "tsolid_boundary_view": (None, [_handle, POINTER(BezierBoundary)]),
+    "tsolid_boundary_requirement": (None, [_handle, POINTER(Requirement)]),
+    "tsolid_boundary_preparation": (None, [_handle, POINTER(Preparation)]),
+    "tsolid_boundary_placement": (c_int, [_handle, c_int, POINTER(Placement)]),
+    "tsolid_boundary_scale": (c_double, [_handle]),
+    "tsolid_tmesh_create": (c_int, [_handle, _handle, POINTER(TmeshOptions), _handle_out]),
+    "tsolid_tmesh_free": (None, [_handle]),
+    "tsolid_tmesh_get": (None, [_handle, POINTER(TmeshView)]),
+    "tsolid_space_create": (c_int, [_handle, _handle, _handle, _handle_out]),
+    "tsolid_space_free": (None, [_handle]),
+    "tsolid_space_get": (None, [_handle, POINTER(SpaceView)]),
+    "tsolid_space_boundary": (_handle, [_handle]),
+    "tsolid_space_tmesh": (_handle, [_handle]),
+    "tsolid_space_extraction": (c_int, [_handle, _handle, c_int, c_int, _ints, _ints, _doubles]),
+    "tsolid_solid_create": (c_int, [_handle, _handle, _handle_out]),
+    "tsolid_solid_optimise": (c_int, [_handle, _handle, POINTER(SolidOptions), _handle_out]),
+    "tsolid_solid_from_control": (c_int, [_handle, _handle, _doubles, _handle_out]),
+    "tsolid_solid_free": (None, [_handle]),
+    "tsolid_solid_space": (_handle, [_handle]),
+    "tsolid_solid_control": (_doubles, [_handle]),
+    "tsolid_solid_bezier": (c_int, [_handle, _handle, c_int, _doubles]),
+    "tsolid_solid_evaluate": (c_int, [_handle, _handle, c_int, _doubles, c_int, _doubles]),
+    "tsolid_solid_boundary_point": (c_int, [_handle, c_int, c_double, c_double, _doubles]),
+    "tsolid_solid_invert": (
+        c_int,
+        [_handle, _handle, _doubles, c_double, _ints, _ints, _doubles, _doubles],
+    ),
+    "tsolid_certify": (
+        c_int,
+        [_handle, _handle, POINTER(CertificateOptions), POINTER(CertificateStruct), _ints],
+    ),
+    "tsolid_certify_element": (
+        c_int,
+        [_handle, _ints, _doubles, POINTER(CertificateOptions), POINTER(CertificateStruct)],
+    ),
+    "tsolid_quality_measure": (c_int, [_handle, _handle, POINTER(Quality)]),
+    "tsolid_report_measure": (
+        c_int,
+        [_handle, _handle, POINTER(ReportOptions), POINTER(ReportStruct)],
+    ),
+    "tsolid_report_json": (c_int, [_handle, POINTER(ReportStruct), POINTER(c_char_p)]),
+    "tsolid_read_tsb": (c_int, [_handle, c_char_p, _handle_out]),
+    "tsolid_boundary_file_input": (POINTER(BoundaryInput), [_handle]),
+    "tsolid_boundary_file_free": (None, [_handle]),
+    "tsolid_write_tsb": (c_int, [_handle, POINTER(BoundaryInput), c_char_p]),
+    "tsolid_write_tsolid": (c_int, [_handle, _handle, c_char_p]),
+    "tsolid_read_tsolid": (c_int, [_handle, c_char_p, _handle_out]),
+    "tsolid_write_vtu": (c_int, [_handle, _handle, c_char_p]),
+}
