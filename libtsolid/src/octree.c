@@ -3,9 +3,11 @@
  * cells between them.
  *
  * Source: Zhang, Wang, Hughes (2012), section 3. T-junctions are the corners of the sides' Bezier
- * elements. The core is the full tensor grid of the lines. Lines much closer than their neighbours
- * are taken together: inner lines are free (conformity does not depend on them), and two planes
- * 1e-12 apart would give slopes of 1e12. */
+ * elements; an interval is split at the T-junction value nearest its middle until at most one lies
+ * inside. One binary tree of values per axis, so that neighbours split at the same place. The core
+ * is the full tensor grid of the trees' lines. Lines much closer than their neighbours are taken
+ * together: inner lines are free (conformity does not depend on them), and two planes 1e-12 apart
+ * would give slopes of 1e12. */
 #include "internal.h"
 
 #include <stdlib.h>
@@ -75,6 +77,35 @@ static int merge_lines(double *line, int n) {
   }
 }
 
+/* The axis tree: splits the interval between positions `first` and `last` of `value` at the value
+ * nearest its middle while more than one value lies inside, and marks the splits as kept. */
+static void split_tree(const double *value, int first, int last, unsigned char *kept) {
+  if (last - first <= 2)
+    return;
+  double middle = 0.5 * (value[first] + value[last]);
+  int nearest = first + 1;
+  for (int i = first + 2; i < last; i++)
+    if (fabs(value[i] - middle) < fabs(value[nearest] - middle))
+      nearest = i;
+  kept[nearest] = 1;
+  split_tree(value, first, nearest, kept);
+  split_tree(value, nearest, last, kept);
+}
+
+/* The lines of the axis tree among n T-junction values, in place; returns their number or -1. */
+static int tree_lines(double *value, int n, tsi_arena *arena) {
+  unsigned char *kept = tsi_arena_new(arena, (size_t)n, 1);
+  if (!kept)
+    return -1;
+  kept[0] = kept[n - 1] = 1;
+  split_tree(value, 0, n - 1, kept);
+  int count = 0;
+  for (int i = 0; i < n; i++)
+    if (kept[i])
+      value[count++] = value[i];
+  return count;
+}
+
 /* Halves the widest interval until there are `cells` of them. */
 static int split_lines(double *line, int n, int cells) {
   while (n - 1 < cells) {
@@ -95,7 +126,9 @@ static double *axis_lines(const tsolid_boundary *boundary, int axis, int min_cel
   double *found = collect_lines(boundary, axis, arena, n);
   if (!found)
     return NULL;
-  *n = merge_lines(found, *n);
+  *n = tree_lines(found, merge_lines(found, *n), arena);
+  if (*n < 0)
+    return NULL;
   if (*n - 1 >= min_cells)
     return found;
   if (*n == 2) { /* nothing in between: equal parts */
