@@ -192,10 +192,8 @@ static void square_integrals(const double c[4], double *square, double *slope) {
   *slope = 9.0 * sum_slope / 5.0;
 }
 
-/* The diagonal of the operator for unit weights, and a bound of it for layer R-: enough to scale.
- */
-static int stiffness_diagonal(const tsolid_space *space, const tsi_allocator *allocator,
-                              const double *control, double *diagonal) {
+int tsi_stiffness_diagonal(const tsolid_space *space, const tsi_allocator *allocator,
+                           const double *control, const double (*factor)[3], double *diagonal) {
   double(*integral)[2] = tsi_new(allocator, (size_t)space->n_rows, sizeof *integral);
   if (!integral)
     return 0;
@@ -203,14 +201,9 @@ static int stiffness_diagonal(const tsolid_space *space, const tsi_allocator *al
     square_integrals(space->row + 4 * (size_t)r, &integral[r][0], &integral[r][1]);
   for (int e = 0; e < space->n_elements; e++) {
     const tsi_element *el = &space->element[e];
-    double h[3], volume = 1.0;
-    for (int a = 0; a < 3; a++) {
-      h[a] = el->box[a + 3] - el->box[a];
-      volume *= h[a];
-    }
     for (size_t i = space->inner_start[e]; i < space->inner_start[e + 1]; i++)
       for (int a = 0; a < 3; a++) {
-        double part = volume / (h[a] * h[a]);
+        double part = factor[e][a];
         for (int b = 0; b < 3; b++)
           part *= integral[space->inner_row[i][b]][a == b];
         diagonal[space->inner_function[i]] += part;
@@ -218,23 +211,34 @@ static int stiffness_diagonal(const tsolid_space *space, const tsi_allocator *al
     if (el->radial[0] < 0)
       continue;
     const tsi_lateral *l = &space->lateral[el->lateral];
-    int axis = tsi_side_axis(el->block - 1), size = (l->degree[0] + 1) * (l->degree[1] + 1);
+    int side = el->block - 1, size = (l->degree[0] + 1) * (l->degree[1] + 1);
     const double *c = space->lateral_coefficient + l->coefficient_first;
     const double *radial = integral[el->radial[0]];
+    double lateral = factor[e][tsi_side_s(side)] + factor[e][tsi_side_t(side)];
     for (int f = l->function_first; f < l->function_end; f++, c += size) {
       double square = 0.0;
       for (int i = 0; i < size; i++)
         square += c[i] * c[i] / size;
-      double lateral = 1.0 / (h[tsi_side_s(el->block - 1)] * h[tsi_side_s(el->block - 1)]) +
-                       1.0 / (h[tsi_side_t(el->block - 1)] * h[tsi_side_t(el->block - 1)]);
       diagonal[space->n_inner + space->lateral_function[f]] +=
-          volume * square * (radial[1] / (h[axis] * h[axis]) + 4.0 * radial[0] * lateral);
+          square * (radial[1] * factor[e][tsi_side_axis(side)] + 4.0 * radial[0] * lateral);
     }
   }
   tsi_delete(allocator, integral);
   for (int f = 0; f < space->n_inner + space->n_surface; f++)
     diagonal[f] *= control[4 * (size_t)f + 3] * control[4 * (size_t)f + 3];
   return 1;
+}
+
+/* Factors of the Dirichlet integral: volume / h_a^2. */
+static double (*dirichlet_factors(const tsolid_space *space, tsi_arena *arena))[3] {
+  double(*factor)[3] = tsi_arena_new(arena, (size_t)space->n_elements, sizeof *factor);
+  for (int e = 0; factor && e < space->n_elements; e++) {
+    const double *box = space->element[e].box;
+    double h[3] = {box[3] - box[0], box[4] - box[1], box[5] - box[2]};
+    for (int a = 0; a < 3; a++)
+      factor[e][a] = h[0] * h[1] * h[2] / (h[a] * h[a]);
+  }
+  return factor;
 }
 
 static tsolid_status solve_positions(tsolid_context *context, const tsolid_space *space,
@@ -250,8 +254,10 @@ static tsolid_status solve_positions(tsolid_context *context, const tsolid_space
   tsolid_status status = TSOLID_OK;
   double energy;
   int steps;
-  if (!position || !x || !b || !diagonal || !diagonal3 ||
-      !stiffness_diagonal(space, &context->allocator, control, diagonal)) {
+  double(*factor)[3] = dirichlet_factors(space, &arena);
+  if (!position || !x || !b || !diagonal || !diagonal3 || !factor ||
+      !tsi_stiffness_diagonal(space, &context->allocator, control,
+                              (const double(*)[3])factor, diagonal)) {
     status = tsi_no_memory(context, STAGE);
     goto done;
   }
