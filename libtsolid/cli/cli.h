@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later
+ * What the subcommands of `tsolid` share. They use the public library only. */
+#ifndef TSOLID_CLI_H
+#define TSOLID_CLI_H
+
+#include "tsolid.h"
+
+/* Exit codes; after a signal 128 + its number. */
+enum { CLI_PROVED = 0, CLI_FAILED = 1, CLI_NOT_PROVED = 2 };
+
+/* ---- subcommands: argv[0] is the subcommand's name ---------------------------------------------
+ */
+
+int cli_check(int argc, char **argv);
+int cli_build(int argc, char **argv);
+int cli_report(int argc, char **argv);
+int cli_export(int argc, char **argv);
+
+/* ---- options -----------------------------------------------------------------------------------
+ */
+
+typedef enum cli_kind { CLI_TEXT, CLI_COUNT, CLI_NUMBER, CLI_CHOICE } cli_kind;
+
+typedef struct cli_option {
+  const char *name; /* "--threads"; NULL ends a table */
+  cli_kind kind;
+  void *value;               /* const char *, int, double, int */
+  int low, high;             /* of a count */
+  const char *const *choice; /* names, NULL ends them; the value is the index */
+} cli_option;
+
+/* Reads options and the one file name. Returns -1 to go on, else the exit code: help was asked for
+ * and printed, or the arguments were wrong and that was said. */
+int cli_parse(int argc, char **argv, const char *help, const cli_option *options,
+              const char **file);
+
+/* ---- a session: context, progress, signals -----------------------------------------------------
+ */
+
+/* Catches SIGINT and SIGTERM from now on. NULL: no memory, and that was said. */
+tsolid_context *cli_open(int n_threads);
+/* Prints the findings, frees the context and returns the exit code: `code` unless a signal came
+ * before the end or status tells of a failure. */
+int cli_close(tsolid_context *context, tsolid_status status, int code);
+int cli_interrupted(void);
+/* "error: ..." on stderr; returns CLI_FAILED. */
+int cli_error(const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 1, 2)))
+#endif
+    ;
+double cli_seconds(void); /* a monotonic clock */
+double cli_peak_memory_mib(void);
+
+/* ---- output files: all of them or none ---------------------------------------------------------
+ */
+
+enum { CLI_PATH_SIZE = 4096 + 64 };
+
+typedef struct cli_target {
+  const char *path; /* as given; NULL: not asked for */
+  char target[CLI_PATH_SIZE], staged[CLI_PATH_SIZE];
+} cli_target;
+
+/* Looks whether the file can be written before hours are spent on its content, and chooses
+ * `staged`, the name to write under. Must not be the file `input`. Returns 0 after an error. */
+int cli_target_open(cli_target *target, const char *path, const char *input);
+/* 1 after saying so when two targets are one file. */
+int cli_same_target(const cli_target *a, const cli_target *b);
+/* Renames all staged files to their targets, or removes them. Returns 0 after an error. */
+int cli_targets_commit(cli_target *target, int n);
+void cli_targets_discard(cli_target *target, int n);
+
+/* ---- facts -------------------------------------------------------------------------------------
+ */
+
+void cli_print_requirement(const tsolid_requirement *requirement);
+void cli_print_preparation(const tsolid_preparation *preparation);
+void cli_print_report(const tsolid_report *report);
+int cli_verdict_code(const tsolid_certificate *certificate);
+/* The report as JSON into a file that is written as it is named; "-" is stdout. Returns 0 after an
+ * error. */
+int cli_write_json(tsolid_context *context, const tsolid_report *report, const char *path);
+
+#endif
