@@ -52,9 +52,10 @@ int cli_target_open(cli_target *target, const char *path, const char *input) {
   struct stat about;
   target->path = path;
   target->staged[0] = 0;
-  if (strlen(path) >= PATH_MAX)
+  size_t length = strlen(path);
+  if (length >= PATH_MAX)
     return fail(target, strerror(ENAMETOOLONG));
-  snprintf(target->target, CLI_PATH_SIZE, "%s", path);
+  memcpy(target->target, path, length + 1);
   if (stat(path, &about) == 0) {
     if (!check_existing(target, &about, input))
       return 0;

@@ -30,15 +30,17 @@ static void leave_c_locale(locale_t c, locale_t previous) {
 }
 
 size_t tsi_number_print(double value, char text[TSI_NUMBER_SIZE]) {
+  char digits[TSI_NUMBER_SIZE] = "";
   locale_t c, previous = enter_c_locale(&c);
   int length = 0;
-  for (int digits = 15; digits <= 17; digits++) {
-    length = snprintf(text, TSI_NUMBER_SIZE, "%.*g", digits, value);
-    double back = strtod(text, NULL);
+  for (int n_digits = 15; n_digits <= 17; n_digits++) {
+    length = snprintf(digits, sizeof digits, "%.*g", n_digits, value);
+    double back = strtod(digits, NULL);
     if (memcmp(&back, &value, sizeof back) == 0)
       break;
   }
   leave_c_locale(c, previous);
+  memcpy(text, digits, sizeof digits);
   return (size_t)length;
 }
 
