@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
- * Gauss-Legendre nodes by Newton's method on the three-term recurrence. */
+ * Gauss-Legendre and Gauss-Lobatto nodes by Newton's method on the three-term recurrence. */
 #include "quadrature.h"
 
 #include <math.h>
@@ -31,6 +31,27 @@ void tsi_gauss(int n, double *node, double *weight) {
     node[i] = 0.5 * (1.0 - x);
     node[n - 1 - i] = 0.5 * (1.0 + x);
     weight[i] = weight[n - 1 - i] = w;
+  }
+}
+
+void tsi_gauss_lobatto(int n, double *node, double *weight) {
+  const double pi = 3.14159265358979323846;
+  double end = 1.0 / (n * (n - 1.0));
+  int m = n - 1;
+  for (int i = 0; i < (n + 1) / 2; i++) { /* the ends, and the roots of P_m' */
+    double x = i == 0 ? 1.0 : cos(pi * i / m), slope, value = 1.0;
+    for (int step = 0; i > 0 && step < 16; step++) {
+      value = legendre(m, x, &slope);
+      double curvature = (2.0 * x * slope - m * (m + 1.0) * value) / (1.0 - x * x);
+      x -= slope / curvature;
+    }
+    if (2 * i + 1 == n)
+      x = 0.0;
+    if (i > 0)
+      value = legendre(m, x, &slope);
+    node[i] = 0.5 * (1.0 - x);
+    node[n - 1 - i] = 0.5 * (1.0 + x);
+    weight[i] = weight[n - 1 - i] = end / (value * value);
   }
 }
 

@@ -8,6 +8,9 @@ enum { TSI_MAX_GAUSS = 64 };
 /* Nodes and weights on [0,1] with n <= TSI_MAX_GAUSS points: exact to degree 2n - 1. */
 void tsi_gauss(int n, double *node, double *weight);
 
+/* n Gauss-Lobatto points, 2 <= n <= TSI_MAX_GAUSS, both ends among them: exact to degree 2n - 3. */
+void tsi_gauss_lobatto(int n, double *node, double *weight);
+
 /* A running sum with Neumaier's compensation; starts as {0, 0}. */
 typedef struct tsi_sum {
   double sum, carry;
