@@ -23,8 +23,8 @@ Source = collections.namedtuple("Source", "name patch surface box sign kind devi
 Source.__doc__ = """One face of the input.
 
 surface is OCC's B-spline as read (or as converted), box the part of it that the face covers, patch
-the same as knots and control points, sign -1 where the face looks against the surface's normal,
-kind the type as read, and deviation the largest distance that conversion caused."""
+the same as knots and control points, sign -1 where the face looks against the surface's normal
+(0: not known), kind the type as read, deviation the largest distance that conversion caused."""
 
 
 def refuse(where, text, **numbers):
@@ -405,7 +405,7 @@ def source_of_patch(patch, number):
     """A Source of a patch that no shape stands behind, so that it can be measured like a face."""
     surface = surface_of_patch(patch)
     name = patch.name or "patch %d" % number
-    return Source(name, patch, surface, surface.bounds(), 1, "BSplineSurface", 0.0)
+    return Source(name, patch, surface, surface.bounds(), 0, "BSplineSurface", 0.0)
 
 
 def patches_of_boundary(boundary):

@@ -134,14 +134,23 @@ def _distinct(knots):
     return sorted(set(knots))
 
 
-def volume_by_flux(sources, centre, size):
+def sign_on_cube(placement):
+    """+1 where S_u x S_v points out of the solid, -1 where into it, from where the patch lies."""
+    axis, end = divmod(placement.side, 2)
+    outward = 1 if end else -1
+    right_handed = -1 if axis == 1 else 1  # (y, z), (x, z), (x, y) against x, y, z
+    turned = (placement.flip[0] + placement.flip[1] + placement.swap) % 2
+    return outward * right_handed * (-1 if turned else 1)
+
+
+def volume_by_flux(sources, signs, centre, size):
     """Volume as a third of the flux of x - centre through OCC's surfaces, span by span.
 
     Polynomial spans are integrated without error (the integrand has degree 3p - 1 per direction);
     rational ones until two rules agree to 1e-15 of `size`.
     """
     terms = []
-    for source in sources:
+    for source, sign in zip(sources, signs):
         patch = source.patch
         points = max(patch.degree) * 3 // 2 + 1
         us, vs = _distinct(patch.knots[0]), _distinct(patch.knots[1])
@@ -152,5 +161,5 @@ def volume_by_flux(sources, centre, size):
                     part = _flux_on(source.surface, box, centre, _rule(points))
                 else:
                     part = _flux_converged(source.surface, box, centre, size, 3)
-                terms.append(source.sign * part)
+                terms.append(sign * part)
     return math.fsum(terms) / 3.0

@@ -1,0 +1,314 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What bin/tsolid-freecad has FreeCADCmd do; arguments come through the environment.
+
+FreeCADCmd swallows and opens arguments of its own, returns 0 after an exception and treats Ctrl-C
+in its own way; so the launcher gives file descriptors 3 and 4 as our standard output and error,
+and takes only the exit codes below as ours. Everything is written into the launcher's stage
+directory first, which the launcher removes whatever happens.
+"""
+
+import os
+import shutil
+import signal
+import sys
+import traceback
+import zipfile
+
+from . import api, binding
+
+EXIT_BASE = 40  # 40, 41, 42: our 0, 1, 2; all else is FreeCAD's own end
+
+_OUT, _ERR = 3, 4
+
+
+class Failure(Exception):
+    """One sentence for the user."""
+
+
+def _say(descriptor, text):
+    data = (text + "\n").encode("utf-8", "backslashreplace")
+    try:
+        while data:
+            data = data[os.write(descriptor, data) :]
+    except OSError:  # nobody listens any more
+        pass
+
+
+class _Progress:
+    """Stage and percent on one line, when standard error is a terminal."""
+
+    def __init__(self):
+        self.shown = ""
+        self.active = os.isatty(_ERR)
+
+    def __call__(self, stage, fraction):
+        text = "%s %d %%" % (stage, int(100 * fraction))
+        if self.active and text != self.shown:
+            os.write(_ERR, ("\r%-*s" % (len(self.shown), text)).encode())
+            self.shown = text
+        return False
+
+    def clear(self):
+        if self.shown:
+            os.write(_ERR, ("\r%*s\r" % (len(self.shown), "")).encode())
+            self.shown = ""
+
+
+# ---- reading ---------------------------------------------------------------------------------
+
+_SHAPES = {
+    ".step": "step",
+    ".stp": "step",
+    ".brep": "brep",
+    ".brp": "brep",
+    ".iges": "igs",
+    ".igs": "igs",
+}
+
+
+def read_part(path, stage):
+    """The part in a file as api.Part; raises Failure or TsolidError."""
+    name, suffix = os.path.splitext(os.path.basename(path))
+    suffix = suffix.lower()
+    if not os.path.exists(path):
+        raise Failure("%s does not exist" % path)
+    if not os.path.isfile(path):
+        raise Failure("%s is not a file" % path)
+    if suffix == ".tsb":
+        return api.Part.read_tsb(path, name)
+    if suffix == ".fcstd":
+        shape = _shape_of_document(path, stage)
+    elif suffix in _SHAPES:
+        shape = _shape_of_file(path, stage, _SHAPES[suffix])
+    else:
+        raise Failure(
+            "%s: only STEP, BREP, IGES, FCStd and .tsb files are read, by their endings" % path
+        )
+    part = api.Part.of(shape)
+    part.name = name
+    return part
+
+
+def _plain_copy(path, stage, suffix):
+    """A copy under a plain name: some readers stumble over blanks and newlines."""
+    plain = os.path.join(stage, "input." + suffix)
+    try:
+        shutil.copyfile(path, plain)
+    except OSError as error:
+        raise Failure("%s cannot be read: %s" % (path, error.strerror)) from None
+    return plain
+
+
+def _shape_of_file(path, stage, suffix):
+    import Part
+
+    plain = _plain_copy(path, stage, suffix)
+    shape = Part.Shape()
+    try:
+        shape.read(plain)
+    except Exception:  # OCC has no exception of its own for a file that is not what it says
+        shape = Part.Shape()
+    os.unlink(plain)
+    if shape.isNull():
+        raise Failure("%s holds no shape: it is damaged, empty or of another kind" % path)
+    return shape
+
+
+def _shape_of_document(path, stage):
+    import FreeCAD
+
+    plain = _plain_copy(path, stage, "FCStd")
+    if not zipfile.is_zipfile(plain):
+        raise Failure("%s is not a FreeCAD document" % path)
+    try:
+        document = FreeCAD.openDocument(plain)
+    except Exception as error:
+        raise Failure("%s cannot be opened: %s" % (path, error)) from None
+    found = [o for o in document.Objects if _is_part(o)]
+    if len(found) != 1:
+        names = ", ".join(o.Label for o in found) or "none"
+        raise Failure("%s holds %d solids (%s); one is needed" % (path, len(found), names))
+    shape = found[0].Shape.copy()
+    FreeCAD.closeDocument(document.Name)
+    os.unlink(plain)
+    return shape
+
+
+def _is_part(obj):
+    """A solid of the document that no other solid is made of."""
+    if not getattr(getattr(obj, "Shape", None), "Solids", ()):
+        return False
+    group = getattr(obj, "getParentGeoFeatureGroup", lambda: None)()
+    if group is not None and group.isDerivedFrom("PartDesign::Body"):
+        return False
+    if obj.isDerivedFrom("App::Part") or obj.isDerivedFrom("App::DocumentObjectGroup"):
+        return False
+    users = (o for o in obj.InList if getattr(getattr(o, "Shape", None), "Solids", ()))
+    return not any(not o.isDerivedFrom("App::Part") for o in users)
+
+
+# ---- writing ---------------------------------------------------------------------------------
+
+
+def write_outputs(result, stage, name, progress):
+    """All outputs of a build, complete, in the stage directory."""
+    make = os.path.join(stage, "new")
+    os.mkdir(make)
+    result.write(os.path.join(make, name + ".tsolid"))
+    result.write_vtu(os.path.join(make, name + ".vtu"))
+    result.write_report(os.path.join(make, "report.json"))
+    _write_document(result, stage, os.path.join(make, name + ".FCStd"), name)
+    _write_page(result, os.path.join(make, "report.html"), name)
+    return sorted(os.listdir(make))
+
+
+def _write_document(result, stage, path, name):
+    import FreeCAD
+
+    from . import document
+
+    plain = os.path.join(stage, "output.FCStd")
+    made = FreeCAD.newDocument("tsolid")
+    source = made.addObject("Part::Feature", "Source")
+    source.Label = name + " (faces)"
+    source.Shape = result.shape
+    obj = document.create(source, made)
+    obj.Label = name
+    document.set_options(obj, result.options)
+    document.store(obj, result)
+    made.recompute()
+    made.saveAs(plain)
+    made.Label = name
+    made.save()
+    FreeCAD.closeDocument(made.Name)
+    _verify_document(plain, result.tsolid)
+    os.rename(plain, path)
+
+
+def _verify_document(path, tsolid):
+    """FreeCAD does not always say when a disk is full."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            whole = archive.testzip() is None
+            stored = [archive.read(n) for n in archive.namelist() if n.endswith(".tsolid")]
+    except (OSError, zipfile.BadZipFile, EOFError):
+        whole, stored = False, []
+    if not whole or stored != [tsolid]:
+        raise Failure("the FreeCAD document could not be written completely: is the disk full?")
+
+
+def _write_page(result, path, name):
+    try:
+        from . import report_html
+    except ImportError as error:
+        if error.name != __package__ + ".report_html":
+            raise Failure("the HTML report needs %s, which is missing" % error.name) from None
+        return
+    report_html.write_html(path, result.report, result.solid, name)
+
+
+def _targets(out, name):
+    names = [name + s for s in (".FCStd", ".tsolid", ".vtu")]
+    return [os.path.join(out, n) for n in names + ["report.json", "report.html"]]
+
+
+def check_targets(path, out, name):
+    """Refuses before any work what could only fail, or do harm, at its end."""
+    for target in _targets(out, name):
+        if os.path.isdir(target):
+            raise Failure("%s is a directory" % target)
+        if os.path.exists(target) and os.path.samefile(path, target):
+            raise Failure("%s would be overwritten: choose another --out" % target)
+
+
+def commit(stage, names, out):
+    """Moves all outputs to their places, or none. The launcher's signals wait meanwhile."""
+    for number in (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)):
+        signal.signal(number, signal.SIG_IGN)
+    old = os.path.join(stage, "old")
+    os.mkdir(old)
+    done = []
+    try:
+        for name in names:
+            target = os.path.join(out, name)
+            done.append(name)
+            if os.path.lexists(target):
+                os.rename(target, os.path.join(old, name))
+            os.rename(os.path.join(stage, "new", name), target)
+    except OSError:
+        for name in done:
+            target = os.path.join(out, name)
+            if os.path.lexists(os.path.join(old, name)):
+                os.replace(os.path.join(old, name), target)
+            elif not os.path.lexists(os.path.join(stage, "new", name)):
+                os.unlink(target)
+        raise
+
+
+# ---- the job ---------------------------------------------------------------------------------
+
+
+def _options(text):
+    """key=value pairs that the launcher has checked for their characters."""
+    given = dict(pair.split("=", 1) for pair in text.split())
+    kinds = {"refine_knots": int, "raise_degree": int, "threads": int, "tolerance": float}
+    try:
+        return api.Options(**{k: kinds.get(k, str)(v) for k, v in given.items()})
+    except ValueError as error:
+        raise Failure(str(error)) from None
+
+
+def run(command, path, out, stage, options):
+    progress = _Progress()
+    name = os.path.splitext(os.path.basename(path))[0]
+    binding.load()  # a missing library before anything else
+    options = _options(options)
+    if command == "build":
+        check_targets(path, out, name)
+    try:
+        part = read_part(path, stage)
+    except binding.Refused as error:
+        result = api.CheckResult(name, error.findings, {})
+    else:
+        result = (api.build if command == "build" else api.check)(part, options, progress)
+    progress.clear()
+    if not result.satisfied or command == "check":
+        _say(_OUT if result.satisfied else _ERR, result.text())
+        return 0 if result.satisfied else 1
+    if result.solid is None:
+        _say(_ERR, result.text())
+        return 1
+    names = write_outputs(result, stage, name, progress)
+    commit(stage, names, out)
+    _say(_OUT, result.text())
+    for written in names:
+        _say(_OUT, "  wrote %s" % os.path.join(out, written))
+    return result.exit_code
+
+
+def main():
+    get = os.environ.__getitem__
+    try:
+        code = run(
+            get("TSOLID_JOB_COMMAND"),
+            get("TSOLID_JOB_FILE"),
+            os.environ.get("TSOLID_JOB_OUT", ""),
+            get("TSOLID_JOB_STAGE"),
+            os.environ.get("TSOLID_JOB_OPTIONS", ""),
+        )
+    except (Failure, binding.LibraryError, binding.TsolidError) as error:
+        _say(_ERR, "tsolid-freecad: %s" % error)
+        code = 1
+    except OSError as error:
+        place = error.filename2 or error.filename
+        _say(_ERR, "tsolid-freecad: %s%s" % (error.strerror, ": %s" % place if place else ""))
+        code = 1
+    except MemoryError:
+        _say(_ERR, "tsolid-freecad: out of memory")
+        code = 1
+    except BaseException:
+        _say(_ERR, "tsolid-freecad: a defect of this program:\n" + traceback.format_exc())
+        code = 1
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(EXIT_BASE + code)  # FreeCAD's own end may change the code
