@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later
+ * What the boundary alone says about the Jacobian of any solid under it. */
+#ifndef TSI_BOUNDARY_BOUND_H
+#define TSI_BOUNDARY_BOUND_H
+
+#include "internal.h"
+
+/* Relative: tangents are normalised before they are compared. */
+#define TSI_SINGULAR_TOLERANCE 1e-12
+
+/* At a corner of the cube: its point; per side that meets there (axis 0, 1, 2) the product n of the
+ * side's unit tangents, pointing inward, zero where the isolines are tangent or stand still;
+ * whether det J = 0 there in the arm over that side, whatever the inside; the bound of the corner.
+ */
+typedef struct tsi_corner {
+  double point[3];
+  double normal[3][3];
+  int singular[3];
+  double bound;
+} tsi_corner;
+
+void tsi_corner_measure(const tsolid_boundary *boundary, int corner, tsi_corner *result);
+
+/* Distance of the origin from the convex hull of n = 1, 2 or 3 vectors. */
+double tsi_hull_distance(int n, const double (*vector)[3]);
+
+/* The smallest bound over corners, isolines and sides, and where. Needs memory for a sort. */
+tsolid_status tsi_boundary_bound(tsolid_context *context, const tsolid_boundary *boundary,
+                                 double *bound, double point[3]);
+
+#endif
