@@ -1,0 +1,481 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later
+ * The boundary handle, and the way from input to handle. The driver stands last. */
+#include <stdlib.h>
+
+#include "boundary.h"
+
+static const char stage[] = "boundary";
+
+/* ---- the handle -------------------------------------------------------------------------------
+ */
+
+tsolid_boundary *tsi_boundary_new(tsolid_context *context, int n_functions) {
+  tsolid_boundary *boundary = tsi_new(&context->allocator, 1, sizeof *boundary);
+  if (!boundary)
+    return NULL;
+  boundary->allocator = context->allocator;
+  boundary->references = 1;
+  boundary->n_functions = n_functions;
+  boundary->points = tsi_new(&context->allocator, (size_t)n_functions, 4 * sizeof(double));
+  if (!boundary->points) {
+    tsi_delete(&context->allocator, boundary);
+    return NULL;
+  }
+  return boundary;
+}
+
+void tsi_boundary_retain(const tsolid_boundary *boundary) {
+  ((tsolid_boundary *)(uintptr_t)boundary)->references++;
+}
+
+void tsolid_boundary_free(tsolid_boundary *boundary) {
+  if (!boundary || --boundary->references > 0)
+    return;
+  tsi_allocator allocator = boundary->allocator;
+  for (int i = 0; i < 6; i++) {
+    tsi_side *side = &boundary->side[i];
+    tsi_delete(&allocator, side->box);
+    tsi_delete(&allocator, side->function_start);
+    tsi_delete(&allocator, side->function);
+    tsi_delete(&allocator, side->coefficient);
+  }
+  tsi_delete(&allocator, boundary->placement);
+  tsi_delete(&allocator, boundary->points);
+  tsi_delete(&allocator, boundary);
+}
+
+void tsolid_boundary_view(const tsolid_boundary *boundary, tsolid_bezier_boundary *view) {
+  view->n_functions = boundary->n_functions;
+  view->points = boundary->points;
+  for (int i = 0; i < 6; i++) {
+    const tsi_side *side = &boundary->side[i];
+    view->side[i] = (tsolid_bezier_side){.degree = {side->degree[0], side->degree[1]},
+                                         .n_elements = side->n_elements,
+                                         .box = side->box,
+                                         .function_start = side->function_start,
+                                         .function = side->function,
+                                         .coefficient = side->coefficient};
+  }
+}
+
+void tsolid_boundary_requirement(const tsolid_boundary *boundary, tsolid_requirement *requirement) {
+  *requirement = boundary->requirement;
+}
+
+void tsolid_boundary_preparation(const tsolid_boundary *boundary, tsolid_preparation *preparation) {
+  *preparation = boundary->preparation;
+}
+
+tsolid_status tsolid_boundary_placement(const tsolid_boundary *boundary, int k,
+                                        tsolid_placement *placement) {
+  if (!boundary || !placement || k < 0 || k >= boundary->n_placements)
+    return TSOLID_ERROR_ARGUMENT;
+  *placement = boundary->placement[k];
+  return TSOLID_OK;
+}
+
+double tsolid_boundary_scale(const tsolid_boundary *boundary) {
+  return boundary->scale;
+}
+
+/* ---- patches to facets ------------------------------------------------------------------------
+ */
+
+static void project(const double h[4], double x[3]) {
+  for (int c = 0; c < 3; c++)
+    x[c] = h[c] / h[3];
+}
+
+/* Length of the control polygon of border b. */
+static double measure_border(const tsi_patch *patch, int b) {
+  int along = b & 1;
+  size_t n0 = (size_t)patch->n[0], n1 = (size_t)patch->n[1];
+  size_t start = b == 1 ? n0 - 1 : b == 2 ? n0 * (n1 - 1) : 0, step = along ? n0 : 1;
+  double length = 0.0, previous[3], point[3];
+  for (size_t m = 0; m < (size_t)patch->n[along]; m++) {
+    project(patch->control + 4 * (start + m * step), point);
+    if (m)
+      length +=
+          hypot(hypot(point[0] - previous[0], point[1] - previous[1]), point[2] - previous[2]);
+    memcpy(previous, point, sizeof previous);
+  }
+  return length;
+}
+
+static void evaluate_point(const tsi_patch *patch, double u, double v, double x[3]) {
+  double h[4];
+  tsi_patch_evaluate(patch, u, v, h, NULL);
+  project(h, x);
+}
+
+static void make_facet(const tsolid_patch *source, const tsi_patch *patch, double tolerance,
+                       const double origin[3], tsi_facet *facet) {
+  size_t n0 = (size_t)patch->n[0], n1 = (size_t)patch->n[1];
+  size_t at[4] = {0, n0 - 1, n0 * n1 - 1, n0 * (n1 - 1)};
+  for (int b = 0; b < 4; b++) {
+    for (size_t c = 0; c < 3; c++)
+      facet->corner[b][c] = source->points[3 * at[b] + c];
+    for (int i = 0; i < 3; i++) {
+      double x = 0.25 * (i + 1), along = b < 2 ? x : 1.0 - x;
+      evaluate_point(patch, b & 1 ? (b == 1 ? 1.0 : 0.0) : along,
+                     b & 1 ? along : (b == 2 ? 1.0 : 0.0), facet->sample[b][i]);
+    }
+    facet->length[b] = measure_border(patch, b);
+    facet->tolerance[b] = fmax(tolerance, source->border_tolerance[b]);
+    facet->border_name[b] = source->border_name[b];
+    facet->corner_name[b] = source->corner_name[b];
+  }
+  evaluate_point(patch, 0.5, 0.5, facet->centre);
+  tsi_patch_measure(patch, origin, &facet->area, &facet->flux);
+  facet->name = source->name;
+}
+
+/* Middle of the bounding box of all control points: fluxes about it cancel least. */
+static void find_middle(const tsolid_boundary_input *input, double middle[3]) {
+  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+  for (int k = 0; k < input->n_patches; k++) {
+    const tsolid_patch *patch = &input->patches[k];
+    size_t n = (size_t)patch->n_control[0] * (size_t)patch->n_control[1];
+    for (size_t i = 0; i < n; i++)
+      for (size_t c = 0; c < 3; c++) {
+        low[c] = fmin(low[c], patch->points[3 * i + c]);
+        high[c] = fmax(high[c], patch->points[3 * i + c]);
+      }
+  }
+  for (int c = 0; c < 3; c++)
+    middle[c] = low[c] + 0.5 * (high[c] - low[c]);
+}
+
+/* ---- facets to the shell ----------------------------------------------------------------------
+ */
+
+static tsolid_status place_patches(tsolid_context *context, tsi_arena *arena, const tsi_cube *cube,
+                                   const tsi_patch *patch, const tsi_facet *facet, int n,
+                                   tsi_shell *shell) {
+  shell->facet = facet;
+  shell->patch = tsi_arena_new(arena, (size_t)n, sizeof *shell->patch);
+  shell->place = tsi_arena_new(arena, (size_t)n, sizeof *shell->place);
+  if (!shell->patch || !shell->place)
+    return tsi_no_memory(context, stage);
+  memcpy(shell->n_strips, cube->n_strips, sizeof shell->n_strips);
+  int p = 0;
+  for (int side = 0; side < 6; side++) {
+    int count = shell->n_strips[tsi_side_s(side)] * shell->n_strips[tsi_side_t(side)];
+    shell->first[side] = p;
+    for (int i = 0; i < count; i++, p++) {
+      const tsi_place *place = &cube->place[side][i];
+      shell->place[p] = place;
+      if (!tsi_patch_orient(arena, &patch[place->facet], place->flip, place->swap,
+                            &shell->patch[p]))
+        return tsi_no_memory(context, stage);
+    }
+  }
+  shell->first[6] = p;
+  return TSOLID_OK;
+}
+
+static tsolid_status record_placements(tsolid_context *context, const tsi_shell *shell,
+                                       const tsolid_boundary_input *input,
+                                       tsolid_boundary *boundary) {
+  boundary->placement =
+      tsi_new(&context->allocator, (size_t)input->n_patches, sizeof *boundary->placement);
+  if (!boundary->placement)
+    return tsi_no_memory(context, stage);
+  boundary->n_placements = input->n_patches;
+  for (int side = 0; side < 6; side++)
+    for (int p = shell->first[side]; p < shell->first[side + 1]; p++) {
+      const tsi_place *place = shell->place[p];
+      const tsolid_patch *source = &input->patches[place->facet];
+      tsolid_placement *out = &boundary->placement[place->facet];
+      int s = tsi_side_s(side), t = tsi_side_t(side), at = p - shell->first[side];
+      const double *line_s = shell->line[s] + at % shell->n_strips[s];
+      const double *line_t = shell->line[t] + at / shell->n_strips[s];
+      *out = (tsolid_placement){.side = side,
+                                .swap = place->swap,
+                                .flip = {place->flip[0], place->flip[1]},
+                                .box = {line_s[0], line_s[1], line_t[0], line_t[1]}};
+      for (int d = 0; d < 2; d++) {
+        out->domain[2 * d] = source->knots[d][0];
+        out->domain[2 * d + 1] = source->knots[d][source->n_control[d] + source->degree[d]];
+      }
+    }
+  return TSOLID_OK;
+}
+
+/* ---- draft to boundary ------------------------------------------------------------------------
+ */
+
+typedef struct element_order {
+  double s0, t0;
+  int element;
+} element_order;
+
+static int compare_elements(const void *a, const void *b) {
+  const element_order *p = a, *q = b;
+  if (p->t0 != q->t0)
+    return p->t0 < q->t0 ? -1 : 1;
+  if (p->s0 != q->s0)
+    return p->s0 < q->s0 ? -1 : 1;
+  return (p->element > q->element) - (p->element < q->element);
+}
+
+typedef struct function_order {
+  const double *coefficient, *point;
+  size_t n;
+  int id, entry;
+} function_order;
+
+/* By coefficients, largest first, then by control point: nothing else tells functions apart. */
+static int compare_functions(const void *a, const void *b) {
+  const function_order *p = a, *q = b;
+  for (size_t i = 0; i < p->n; i++)
+    if (p->coefficient[i] != q->coefficient[i])
+      return p->coefficient[i] > q->coefficient[i] ? -1 : 1;
+  for (int c = 0; c < 4; c++)
+    if (p->point[c] != q->point[c])
+      return p->point[c] < q->point[c] ? -1 : 1;
+  return (p->id > q->id) - (p->id < q->id);
+}
+
+static int compare_ids(const void *a, const void *b) {
+  const function_order *p = a, *q = b;
+  return (p->id > q->id) - (p->id < q->id);
+}
+
+static int allocate_side(const tsi_allocator *allocator, const tsi_side *from, tsi_side *to) {
+  size_t n = (size_t)from->n_elements, entries = (size_t)from->function_start[n];
+  size_t width = (size_t)(from->degree[0] + 1) * (size_t)(from->degree[1] + 1);
+  memcpy(to->degree, from->degree, sizeof to->degree);
+  memcpy(to->grid, from->grid, sizeof to->grid);
+  to->n_elements = from->n_elements;
+  to->box = tsi_new(allocator, n, 4 * sizeof *to->box);
+  to->function_start = tsi_new(allocator, n + 1, sizeof *to->function_start);
+  to->function = tsi_new(allocator, entries, sizeof *to->function);
+  to->coefficient = tsi_new(allocator, entries * width, sizeof *to->coefficient);
+  return to->box && to->function_start && to->function && to->coefficient;
+}
+
+/* Copies a side in canonical order: elements by t, then s; functions renumbered by first
+ * appearance (number[] of the draft's, -1 where not yet seen), ascending within an element. */
+static tsolid_status copy_side(tsolid_context *context, tsi_arena *arena, const tsi_draft *draft,
+                               const tsi_side *from, int *number, int *n_numbered, tsi_side *to) {
+  size_t width = (size_t)(from->degree[0] + 1) * (size_t)(from->degree[1] + 1);
+  int n = from->n_elements, most = 1;
+  for (int e = 0; e < n; e++) {
+    int count = from->function_start[e + 1] - from->function_start[e];
+    most = count > most ? count : most;
+  }
+  element_order *order = tsi_arena_new(arena, (size_t)n, sizeof *order);
+  function_order *list = tsi_arena_new(arena, (size_t)most, sizeof *list);
+  if (!order || !list || !allocate_side(&context->allocator, from, to))
+    return tsi_no_memory(context, stage);
+  for (int e = 0; e < n; e++)
+    order[e] = (element_order){from->box[4 * e], from->box[4 * e + 2], e};
+  qsort(order, (size_t)n, sizeof *order, compare_elements);
+  int entry = 0;
+  for (int e = 0; e < n; e++) {
+    int old = order[e].element, first = from->function_start[old];
+    int count = from->function_start[old + 1] - first;
+    for (int k = 0; k < count; k++) {
+      int id = from->function[first + k];
+      list[k] = (function_order){from->coefficient + (size_t)(first + k) * width,
+                                 draft->points + 4 * (size_t)id, width, id, first + k};
+    }
+    qsort(list, (size_t)count, sizeof *list, compare_functions);
+    for (int k = 0; k < count; k++) {
+      if (number[list[k].id] < 0)
+        number[list[k].id] = (*n_numbered)++;
+      list[k].id = number[list[k].id];
+    }
+    qsort(list, (size_t)count, sizeof *list, compare_ids);
+    memcpy(to->box + 4 * e, from->box + 4 * old, 4 * sizeof *to->box);
+    for (int k = 0; k < count; k++, entry++) {
+      to->function[entry] = list[k].id;
+      memcpy(to->coefficient + (size_t)entry * width, list[k].coefficient,
+             width * sizeof *to->coefficient);
+    }
+    to->function_start[e + 1] = entry;
+  }
+  return TSOLID_OK;
+}
+
+static double find_scale(const tsolid_boundary *boundary) {
+  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+  double largest = 0.0;
+  for (int i = 0; i < boundary->n_functions; i++)
+    for (int c = 0; c < 3; c++) {
+      double x = boundary->points[4 * (size_t)i + (size_t)c] / boundary->points[4 * (size_t)i + 3];
+      low[c] = fmin(low[c], x);
+      high[c] = fmax(high[c], x);
+      largest = fmax(largest, fabs(x));
+    }
+  double diagonal = hypot(hypot(high[0] - low[0], high[1] - low[1]), high[2] - low[2]);
+  return fmax(diagonal, largest);
+}
+
+static tsolid_status finish_draft(tsolid_context *context, tsi_arena *arena, const tsi_draft *draft,
+                                  tsolid_boundary **out) {
+  int n = draft->n_functions, n_numbered = 0;
+  int *number = tsi_arena_new(arena, (size_t)n, sizeof *number);
+  tsolid_boundary *boundary = tsi_boundary_new(context, n);
+  *out = boundary;
+  if (!number || !boundary)
+    return tsi_no_memory(context, stage);
+  for (int i = 0; i < n; i++)
+    number[i] = -1;
+  tsolid_status status = TSOLID_OK;
+  for (int i = 0; !status && i < 6; i++)
+    status =
+        copy_side(context, arena, draft, &draft->side[i], number, &n_numbered, &boundary->side[i]);
+  for (int i = 0; !status && i < n; i++) {
+    if (number[i] < 0)
+      return tsi_fail(context, TSOLID_ERROR_INPUT, stage, "Function %d is on no element", i);
+    memcpy(boundary->points + 4 * (size_t)number[i], draft->points + 4 * (size_t)i,
+           4 * sizeof *boundary->points);
+  }
+  if (!status)
+    boundary->scale = find_scale(boundary);
+  return status;
+}
+
+/* ---- the driver --------------------------------------------------------------------------------
+ */
+
+static tsolid_status read_patches(tsolid_context *context, tsi_arena *arena,
+                                  const tsolid_boundary_input *input, double tolerance,
+                                  tsi_patch **patch, tsi_facet **facet) {
+  int n = input->n_patches;
+  double middle[3];
+  tsolid_status status = TSOLID_OK;
+  for (int k = 0; k < n; k++)
+    if (tsi_patch_vet(context, &input->patches[k], k))
+      status = TSOLID_ERROR_INPUT;
+  if (status)
+    return status;
+  *patch = tsi_arena_new(arena, (size_t)n, sizeof **patch);
+  *facet = tsi_arena_new(arena, (size_t)n, sizeof **facet);
+  if (!*patch || !*facet)
+    return tsi_no_memory(context, stage);
+  find_middle(input, middle);
+  for (int k = 0; k < n; k++) {
+    if (!tsi_patch_read(arena, &input->patches[k], &(*patch)[k]))
+      return tsi_no_memory(context, stage);
+    make_facet(&input->patches[k], &(*patch)[k], tolerance, middle, &(*facet)[k]);
+  }
+  return TSOLID_OK;
+}
+
+static tsolid_status create_from_patches(tsolid_context *context, tsi_arena *arena,
+                                         const tsolid_boundary_input *input,
+                                         const tsolid_boundary_options *options, double tolerance,
+                                         tsolid_requirement *requirement,
+                                         tsolid_boundary **boundary) {
+  tsi_patch *patch = NULL;
+  tsi_facet *facet = NULL;
+  tsi_cube cube;
+  tsi_shell shell = {.patch = NULL};
+  tsi_draft draft = {.points = NULL};
+  tsolid_preparation preparation = {.knot_merge = 0.0};
+  tsolid_status status = read_patches(context, arena, input, tolerance, &patch, &facet);
+  if (!status)
+    status = tsi_cube_find(context, arena, input->n_patches, facet, requirement, &cube);
+  if (!status)
+    status = tsi_progress(context, stage, 0.3);
+  if (!status)
+    status = place_patches(context, arena, &cube, patch, facet, input->n_patches, &shell);
+  if (!status)
+    status = tsi_shell_unify(context, arena, &shell, options, &preparation);
+  if (!status)
+    status = tsi_shell_match_weights(context, arena, &shell, &preparation);
+  if (!status)
+    status = tsi_shell_snap(context, arena, &shell, &preparation);
+  if (!status)
+    status = tsi_progress(context, stage, 0.6);
+  if (!status)
+    status = tsi_shell_draft(context, arena, &shell, &draft);
+  if (!status)
+    status = finish_draft(context, arena, &draft, boundary);
+  if (!status)
+    status = record_placements(context, &shell, input, *boundary);
+  if (!status)
+    (*boundary)->preparation = preparation;
+  return status;
+}
+
+static tsolid_status create_from_bezier(tsolid_context *context, tsi_arena *arena,
+                                        const tsolid_boundary_input *input, double tolerance,
+                                        tsolid_requirement *requirement,
+                                        tsolid_boundary **boundary) {
+  tsi_draft draft = {.points = NULL};
+  tsolid_status status =
+      tsi_draft_from_bezier(context, arena, input->bezier, tolerance, requirement, &draft);
+  if (!status)
+    status = finish_draft(context, arena, &draft, boundary);
+  for (int i = 0; !status && i < 6; i++)
+    (*boundary)->preparation.weight_factor[i] = 1.0;
+  return status;
+}
+
+static tsolid_status check_arguments(tsolid_context *context, const tsolid_boundary_input *input,
+                                     const tsolid_boundary_options *options) {
+  if (!input || (input->bezier != NULL) == (input->patches != NULL))
+    return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
+                    "The input must be patches or Bezier sides, one of the two");
+  if (input->patches && (input->n_patches < 1 || input->n_patches > TSI_MAX_COUNT / 64))
+    return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage, "There are %d patches",
+                    input->n_patches);
+  if (!(options->tolerance >= 0.0) || !isfinite(options->tolerance))
+    return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
+                    "The tolerance is %g, it must be finite and not negative", options->tolerance);
+  if (options->refine_knots < 0 || options->refine_knots > 6)
+    return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage, "refine_knots is %d, not one of 0 to 6",
+                    options->refine_knots);
+  if (options->raise_degree < 0 || options->raise_degree >= TSI_MAX_DEGREE)
+    return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage, "raise_degree is %d, not one of 0 to %d",
+                    options->raise_degree, TSI_MAX_DEGREE - 1);
+  if (input->bezier && (options->refine_knots || options->raise_degree))
+    return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
+                    "Only NURBS patches can be refined, not Bezier elements");
+  return TSOLID_OK;
+}
+
+tsolid_status tsolid_boundary_create(tsolid_context *context, const tsolid_boundary_input *input,
+                                     const tsolid_boundary_options *options,
+                                     tsolid_requirement *requirement, tsolid_boundary **boundary) {
+  static const tsolid_boundary_options defaults;
+  tsolid_requirement found = {.genus = -1};
+  if (requirement)
+    *requirement = found;
+  if (boundary)
+    *boundary = NULL;
+  if (!context || !boundary)
+    return TSOLID_ERROR_ARGUMENT;
+  if (!options)
+    options = &defaults;
+  tsi_arena arena = tsi_arena_create(context);
+  tsolid_boundary *made = NULL;
+  tsolid_status status = check_arguments(context, input, options);
+  if (status)
+    goto done;
+  status = tsi_progress(context, stage, 0.0);
+  if (status)
+    goto done;
+  double tolerance = options->tolerance > 0.0 ? options->tolerance : tsi_default_tolerance;
+  if (input->bezier)
+    status = create_from_bezier(context, &arena, input, tolerance, &found, &made);
+  else
+    status = create_from_patches(context, &arena, input, options, tolerance, &found, &made);
+  if (requirement)
+    *requirement = found;
+  if (status)
+    goto done;
+  made->requirement = found;
+  status = tsi_progress(context, stage, 1.0);
+done:
+  tsi_arena_free(&arena);
+  if (status)
+    tsolid_boundary_free(made);
+  else
+    *boundary = made;
+  return status;
+}
