@@ -13,6 +13,7 @@ refused: findings then say what, where, measured and allowed.
 """
 
 import json
+import math
 import os
 import tempfile
 import time
@@ -20,7 +21,7 @@ import time
 from . import binding, convert, evidence
 from .header import Severity, Status, Verdict
 
-EFFORTS = ("default", "start", "quick", "thorough")  # the library's numbers 0..3
+EFFORTS = ("default", "none", "quick", "thorough")  # the library's numbers 0..3
 VOLUME_ALLOWED = 1e-12
 
 # A part that fails so is refused; anything else is an error of the machine or of ours.
@@ -32,18 +33,28 @@ class Options:
 
     refine_knots: halve every knot span of the sides so often, exactly (more freedom inside)
     raise_degree: raise the degree of every side by so much, exactly
-    effort:       "default", "start" (no optimisation), "quick" or "thorough"
+    min_cells:    at least so many cells per axis inside; 0: the library's default
+    effort:       "default", "none" (no smoothing), "quick" or "thorough"
     threads:      0 takes all processors; the result does not depend on it
     tolerance:    of edges that carry none of their own, in the shape's unit; 0: 1e-7
     """
 
-    def __init__(self, refine_knots=0, raise_degree=0, effort="default", threads=0, tolerance=0.0):
+    def __init__(
+        self,
+        refine_knots=0,
+        raise_degree=0,
+        min_cells=0,
+        effort="default",
+        threads=0,
+        tolerance=0.0,
+    ):
         if effort not in EFFORTS:
             raise ValueError("effort is one of %s" % ", ".join(EFFORTS))
-        if not tolerance >= 0.0:
-            raise ValueError("tolerance is not negative")
+        if not 0.0 <= tolerance < math.inf:
+            raise ValueError("tolerance is a number, and not negative")
         self.refine_knots = int(refine_knots)
         self.raise_degree = int(raise_degree)
+        self.min_cells = int(min_cells)
         self.effort = effort
         self.threads = int(threads)
         self.tolerance = float(tolerance)
@@ -53,7 +64,7 @@ class Options:
 
     def as_dict(self):
         """What the result depends on: not the number of threads."""
-        names = ("refine_knots", "raise_degree", "effort", "tolerance")
+        names = ("refine_knots", "raise_degree", "min_cells", "effort", "tolerance")
         return {name: getattr(self, name) for name in names}
 
 
@@ -159,7 +170,7 @@ class CheckResult:
         }
 
     def text(self):
-        lines = ["%s: %s" % (self.name or "part", self.verdict)]
+        lines = ["%s: %s" % (visible(self.name) or "part", self.verdict)]
         if self.satisfied:
             need = self.requirement
             lines.append(
@@ -169,8 +180,13 @@ class CheckResult:
         return "\n".join(lines + _finding_lines(self.findings))
 
 
+def visible(text):
+    """Names come from files: a newline in one must not look like another line."""
+    return "".join(c if c.isprintable() else "\\x%02x" % ord(c) for c in text)
+
+
 def _finding_lines(findings):
-    return ["  %s: %s" % (_VERDICTS[f.severity], f) for f in findings]
+    return ["  %s: %s" % (_VERDICTS[f.severity], visible(str(f))) for f in findings]
 
 
 class BuildResult(CheckResult):
@@ -319,7 +335,7 @@ def build(given, options=None, progress=None, **keywords):
 
 
 def _solid(context, boundary, options, clock):
-    tmesh = binding.TMesh.create(context, boundary)
+    tmesh = binding.TMesh.create(context, boundary, options.min_cells)
     clock.stop("tmesh")
     space = binding.Space.create(context, boundary, tmesh)
     clock.stop("space")
@@ -346,6 +362,21 @@ def read_tsolid(context, data):
         path = os.path.join(folder, "solid.tsolid")
         _write_bytes(path, data)
         return binding.Solid.read(context, path)
+
+
+def verify(given, data, options=None, **keywords):
+    """Exactness rows of a part against .tsolid bytes alone, and whether the control points agree.
+
+    The part's boundary is made anew, with the options of the build, only to learn where each face
+    lies on the cube; every point of the solid comes from the bytes.
+    """
+    options = _options(options, keywords)
+    context = binding.Context(threads=options.threads)
+    part = Part.of(given)
+    boundary = part.boundary(context, options)
+    solid = read_tsolid(context, data)
+    same = solid.boundary.points.tolist() == boundary.points.tolist()
+    return evidence.exactness(context, part.sources, boundary, solid), same
 
 
 def _peak_memory():
@@ -454,7 +485,7 @@ def report_text(report):
     statistics, basis = report["statistics"], report["basis"]
     worst = max(report["exactness"], key=lambda r: r["distance"] / r["allowed"], default=None)
     lines = [
-        "%s: %s" % (report["part"] or "part", report["verdict"]),
+        "%s: %s" % (visible(report["part"]) or "part", report["verdict"]),
         "  elements: %d (%d functions, %d of them inside)"
         % (statistics["bezier_elements"], statistics["n_functions"], statistics["n_inner"]),
         "  det J > 0: proved on %d of %d elements"
@@ -495,4 +526,6 @@ def _line(f):
     point = None if f["point"] is None else tuple(f["point"])
     severity = Severity[f["severity"].upper()]
     numbers = (f["measured"], f["allowed"])
-    return str(binding.finding(severity, f["stage"], f["where"], f["text"], point, *numbers))
+    return visible(
+        str(binding.finding(severity, f["stage"], f["where"], f["text"], point, *numbers))
+    )

@@ -22,6 +22,7 @@ _PROPERTIES = (
     ("App::PropertyLink", "Source", "Input", "The part whose faces bound the solid", False),
     ("App::PropertyInteger", "RefineKnots", "Options", "Halve every knot span so often", False),
     ("App::PropertyInteger", "RaiseDegree", "Options", "Raise the sides' degree by so much", False),
+    ("App::PropertyInteger", "MinCells", "Options", "Cells per axis inside, at least", False),
     ("App::PropertyEnumeration", "Effort", "Options", "How hard to smooth the elements", False),
     ("App::PropertyFloat", "Tolerance", "Options", "Of edges without their own; 0: 1e-7", False),
     ("App::PropertyString", "Verdict", "Result", "Is det J > 0 proved everywhere?", True),
@@ -88,12 +89,20 @@ def create(source=None, document=None, name="SolidTSpline"):
 
 
 def options_of(obj, threads=0):
-    return api.Options(obj.RefineKnots, obj.RaiseDegree, str(obj.Effort), threads, obj.Tolerance)
+    return api.Options(
+        refine_knots=obj.RefineKnots,
+        raise_degree=obj.RaiseDegree,
+        min_cells=obj.MinCells,
+        effort=str(obj.Effort),
+        threads=threads,
+        tolerance=obj.Tolerance,
+    )
 
 
 def set_options(obj, options):
     obj.RefineKnots = options.refine_knots
     obj.RaiseDegree = options.raise_degree
+    obj.MinCells = options.min_cells
     obj.Effort = options.effort
     obj.Tolerance = options.tolerance
 

@@ -251,9 +251,15 @@ def commit(stage, names, out):
 def _options(text):
     """key=value pairs that the launcher has checked for their characters."""
     given = dict(pair.split("=", 1) for pair in text.split())
-    kinds = {"refine_knots": int, "raise_degree": int, "threads": int, "tolerance": float}
+    kinds = {"effort": str, "tolerance": float}
+    values = {}
+    for key, value in given.items():
+        try:
+            values[key] = kinds.get(key, int)(value)
+        except ValueError:
+            raise Failure("--%s has no such value: %s" % (key.replace("_", "-"), value)) from None
     try:
-        return api.Options(**{k: kinds.get(k, str)(v) for k, v in given.items()})
+        return api.Options(**values)
     except ValueError as error:
         raise Failure(str(error)) from None
 
@@ -282,7 +288,7 @@ def run(command, path, out, stage, options):
     commit(stage, names, out)
     _say(_OUT, result.text())
     for written in names:
-        _say(_OUT, "  wrote %s" % os.path.join(out, written))
+        _say(_OUT, api.visible("  wrote %s" % os.path.join(out, written)))
     return result.exit_code
 
 
@@ -297,11 +303,12 @@ def main():
             os.environ.get("TSOLID_JOB_OPTIONS", ""),
         )
     except (Failure, binding.LibraryError, binding.TsolidError) as error:
-        _say(_ERR, "tsolid-freecad: %s" % error)
+        _say(_ERR, "tsolid-freecad: " + api.visible(str(error)))
         code = 1
     except OSError as error:
         place = error.filename2 or error.filename
-        _say(_ERR, "tsolid-freecad: %s%s" % (error.strerror, ": %s" % place if place else ""))
+        place = ": %s" % place if place else ""
+        _say(_ERR, "tsolid-freecad: " + api.visible("%s%s" % (error.strerror, place)))
         code = 1
     except MemoryError:
         _say(_ERR, "tsolid-freecad: out of memory")
