@@ -97,6 +97,8 @@ struct tsolid_boundary {
 void tsi_boundary_retain(const tsolid_boundary *boundary);
 /* Allocates an empty boundary with room for n_functions and nothing else; NULL: no memory. */
 tsolid_boundary *tsi_boundary_new(tsolid_context *context, int n_functions);
+/* The larger of the bounding-box diagonal and the largest |coordinate| of the control points. */
+double tsi_boundary_find_scale(const tsolid_boundary *boundary);
 /* Deep, slow check of every invariant of canonical form (elements tile the side, functions >= 0
  * with sum 1 up to round-off or as given, ids in range, isolines agree, points finite, weights >
  * 0). */

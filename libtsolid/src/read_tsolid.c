@@ -269,6 +269,8 @@ static int read_boundary(reader *r, tsolid_boundary **boundary) {
     read_facts(r, &(*boundary)->requirement, &(*boundary)->preparation);
   if (r->status == TSOLID_OK)
     r->status = tsi_boundary_validate(r->context, *boundary);
+  if (r->status == TSOLID_OK)
+    (*boundary)->scale = tsi_boundary_find_scale(*boundary);
   return r->status == TSOLID_OK;
 }
 
