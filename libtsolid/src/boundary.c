@@ -299,7 +299,7 @@ static tsolid_status copy_side(tsolid_context *context, tsi_arena *arena, const 
   return TSOLID_OK;
 }
 
-double tsi_boundary_find_scale(const tsolid_boundary *boundary) {
+static double find_scale(const tsolid_boundary *boundary) {
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
   double largest = 0.0;
   for (int i = 0; i < boundary->n_functions; i++)
@@ -311,6 +311,25 @@ double tsi_boundary_find_scale(const tsolid_boundary *boundary) {
     }
   double diagonal = hypot(hypot(high[0] - low[0], high[1] - low[1]), high[2] - low[2]);
   return fmax(diagonal, largest);
+}
+
+/* The point of the surface at a corner of the cube, from the side z low or high. */
+static void find_corner(const tsolid_boundary *boundary, int corner, double x[3]) {
+  const tsi_side *side = &boundary->side[4 + (corner >> 2)];
+  size_t n0 = (size_t)side->degree[0] + 1, n1 = (size_t)side->degree[1] + 1;
+  size_t at = (corner & 1 ? n0 - 1 : 0) + (corner & 2 ? n0 * (n1 - 1) : 0);
+  double h[4] = {0.0, 0.0, 0.0, 0.0};
+  for (int e = 0; e < side->n_elements; e++) {
+    const double *box = side->box + 4 * (size_t)e;
+    if (box[corner & 1] != (double)(corner & 1) ||
+        box[2 + (corner >> 1 & 1)] != (double)(corner >> 1 & 1))
+      continue;
+    for (int k = side->function_start[e]; k < side->function_start[e + 1]; k++)
+      for (size_t c = 0; c < 4; c++)
+        h[c] += side->coefficient[(size_t)k * n0 * n1 + at] *
+                boundary->points[4 * (size_t)side->function[k] + c];
+  }
+  project(h, x);
 }
 
 static tsolid_status finish_draft(tsolid_context *context, tsi_arena *arena, const tsi_draft *draft,
@@ -334,7 +353,7 @@ static tsolid_status finish_draft(tsolid_context *context, tsi_arena *arena, con
            4 * sizeof *boundary->points);
   }
   if (!status)
-    boundary->scale = tsi_boundary_find_scale(boundary);
+    boundary->scale = find_scale(boundary);
   return status;
 }
 
@@ -465,14 +484,16 @@ tsolid_status tsolid_boundary_create(tsolid_context *context, const tsolid_bound
     status = create_from_bezier(context, &arena, input, tolerance, &found, &made);
   else
     status = create_from_patches(context, &arena, input, options, tolerance, &found, &made);
-  if (requirement)
-    *requirement = found;
   if (status)
     goto done;
+  for (int i = 0; i < 8; i++)
+    find_corner(made, i, found.corner[i]);
   made->requirement = found;
   status = tsi_progress(context, stage, 1.0);
 done:
   tsi_arena_free(&arena);
+  if (requirement)
+    *requirement = found;
   if (status)
     tsolid_boundary_free(made);
   else
