@@ -3,12 +3,30 @@
 
 import glob
 import os
+import struct
+import subprocess
 import sys
 import unittest
+import zlib
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PACKAGE = os.path.join(ROOT, "freecad_workbench")
+FREECAD = os.environ.get("TSOLID_FREECADCMD", "freecadcmd")
+EXIT_BASE = 40  # exit codes of what runs inside FreeCADCmd; it has 0 and 1 for ends of its own
 sys.path.insert(0, PACKAGE)
+
+
+def join_freecad():
+    """Makes FreeCAD's own package `freecad` find ours: it was imported before our path was set."""
+    import freecad
+
+    path = os.path.join(PACKAGE, "freecad")
+    if path not in freecad.__path__:
+        freecad.__path__.insert(0, path)
+
+
+if "FreeCAD" in sys.modules:
+    join_freecad()
 
 from freecad.tsolid import binding, header, library  # noqa: E402,F401
 
@@ -56,6 +74,54 @@ def cube(place=lambda x, y, z: (x, y, z)):
             )
         )
     return patches
+
+
+def read_example(name):
+    """The patches of an example part."""
+    path = os.path.join(ROOT, "resources", "examples", name + ".tsb")
+    return binding.BoundaryFile.read(binding.Context(), path).patches()
+
+
+def with_moved_point(data, distance):
+    """.tsolid bytes whose first boundary control point is moved along x; checksum put right."""
+    start = 8 + 4  # magic, version
+    tag, length = data[start : start + 4], struct.unpack_from("<Q", data, start + 4)[0]
+    if tag != b"FUNC":
+        raise ValueError("the first section is %r" % tag)
+    section = bytearray(data[start : start + 12 + length])
+    wx, _, _, w = struct.unpack_from("<4d", section, 12 + 4)
+    struct.pack_into("<d", section, 12 + 4, wx + w * distance)
+    end = start + len(section) + 4
+    return data[:start] + bytes(section) + struct.pack("<I", zlib.crc32(section)) + data[end:]
+
+
+def run_in_freecad(script, *arguments, **environment):
+    """Runs a Python file inside FreeCADCmd, once; returns the exit code (less EXIT_BASE) and text.
+
+    FreeCADCmd gives 0 after an exception and opens files named in its arguments, so everything
+    travels in the environment, and only codes from EXIT_BASE on come from the script.
+    """
+    code = (
+        "import os, sys, runpy; sys.argv = os.environ['TSOLID_TEST_ARGUMENTS'].split(chr(0x1f)); "
+        "sys.path.insert(0, os.path.dirname(sys.argv[0])); "
+        "runpy.run_path(sys.argv[0], run_name='__main__')"
+    )
+    words = [os.path.join(ROOT, "tests", script)] + list(arguments)
+    environment = dict(
+        os.environ,
+        TSOLID_TEST_ARGUMENTS="\x1f".join(words),
+        TSOLID_LIBRARY=library_path(),
+        PYTHONDONTWRITEBYTECODE="1",
+        **environment
+    )
+    run = subprocess.run(
+        [FREECAD, "-c", code],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    return run.returncode - EXIT_BASE, run.stdout.decode("utf-8", "replace")
 
 
 def run(module):

@@ -149,7 +149,7 @@ class Vetting(unittest.TestCase):
         return text
 
     def compiled(self, source):
-        path = os.path.join(self.folder.name, "libfake.so")
+        path = os.path.join(self.folder.name, "libfake%d.so" % len(os.listdir(self.folder.name)))
         with open(path + ".c", "w", encoding="utf-8") as stream:
             stream.write(source)
         subprocess.run(["cc", "-shared", "-fPIC", "-o", path, path + ".c"], check=True)
