@@ -299,7 +299,7 @@ static tsolid_status copy_side(tsolid_context *context, tsi_arena *arena, const 
   return TSOLID_OK;
 }
 
-static double find_scale(const tsolid_boundary *boundary) {
+double tsi_boundary_find_scale(const tsolid_boundary *boundary) {
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
   double largest = 0.0;
   for (int i = 0; i < boundary->n_functions; i++)
@@ -353,7 +353,7 @@ static tsolid_status finish_draft(tsolid_context *context, tsi_arena *arena, con
            4 * sizeof *boundary->points);
   }
   if (!status)
-    boundary->scale = find_scale(boundary);
+    boundary->scale = tsi_boundary_find_scale(boundary);
   return status;
 }
 
