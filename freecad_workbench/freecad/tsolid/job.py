@@ -7,6 +7,7 @@ and takes only the exit codes below as ours. Everything is written into the laun
 directory first, which the launcher removes whatever happens.
 """
 
+import importlib
 import os
 import shutil
 import signal
@@ -150,7 +151,7 @@ def _is_part(obj):
 # ---- writing ---------------------------------------------------------------------------------
 
 
-def write_outputs(result, stage, name, progress):
+def write_outputs(result, stage, name, write_page):
     """All outputs of a build, complete, in the stage directory."""
     make = os.path.join(stage, "new")
     os.mkdir(make)
@@ -158,7 +159,7 @@ def write_outputs(result, stage, name, progress):
     result.write_vtu(os.path.join(make, name + ".vtu"))
     result.write_report(os.path.join(make, "report.json"))
     _write_document(result, stage, os.path.join(make, name + ".FCStd"), name)
-    _write_page(result, os.path.join(make, "report.html"), name)
+    write_page(os.path.join(make, "report.html"), result.report, result.solid, name)
     return sorted(os.listdir(make))
 
 
@@ -197,14 +198,14 @@ def _verify_document(path, tsolid):
         raise Failure("the FreeCAD document could not be written completely: is the disk full?")
 
 
-def _write_page(result, path, name):
+def _page_writer():
+    """write_html(path, report, solid, title); asked for before the long work, not after it."""
     try:
-        from . import report_html
+        return importlib.import_module(".report_html", __package__).write_html
     except ImportError as error:
-        if error.name != __package__ + ".report_html":
-            raise Failure("the HTML report needs %s, which is missing" % error.name) from None
-        return
-    report_html.write_html(path, result.report, result.solid, name)
+        if error.name == __package__ + ".report_html":
+            return lambda *arguments: None
+        raise Failure("the HTML report needs the Python module %s" % error.name) from None
 
 
 def _targets(out, name):
@@ -271,6 +272,7 @@ def run(command, path, out, stage, options):
     options = _options(options)
     if command == "build":
         check_targets(path, out, name)
+        write_page = _page_writer()
     try:
         part = read_part(path, stage)
     except binding.Refused as error:
@@ -284,7 +286,7 @@ def run(command, path, out, stage, options):
     if result.solid is None:
         _say(_ERR, result.text())
         return 1
-    names = write_outputs(result, stage, name, progress)
+    names = write_outputs(result, stage, name, write_page)
     commit(stage, names, out)
     _say(_OUT, result.text())
     for written in names:
