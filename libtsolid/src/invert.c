@@ -202,6 +202,28 @@ static double distance_to_box(const double box[6], const double point[3]) {
   return sqrt(sum);
 }
 
+/* A lower bound of the distance to the net's convex hull: to its box, or to its nearest plane
+ * normal to the line from the mean control point (second order in the size of the part). */
+static double distance_to_hull(int n, const double *net, const double point[3]) {
+  double box[6], mean[3] = {0.0, 0.0, 0.0}, normal[3], length = 0.0;
+  bound_net(n, net, box);
+  for (int i = 0; i < n; i++)
+    for (int c = 0; c < 3; c++)
+      mean[c] += net[4 * i + c] / net[4 * i + 3] / n;
+  for (int c = 0; c < 3; c++) {
+    normal[c] = point[c] - mean[c];
+    length += normal[c] * normal[c];
+  }
+  double nearest = length > 0.0 ? (double)INFINITY : 0.0;
+  for (int i = 0; i < n && length > 0.0; i++) {
+    double height = 0.0;
+    for (int c = 0; c < 3; c++)
+      height += normal[c] * (point[c] - net[4 * i + c] / net[4 * i + 3]);
+    nearest = fmin(nearest, height / sqrt(length));
+  }
+  return fmax(nearest, distance_to_box(box, point));
+}
+
 /* The direction in which the part's control net is longest. */
 static int longest_direction(const int degree[3], const double *net) {
   int n[3] = {degree[0] + 1, degree[1] + 1, degree[2] + 1};
@@ -241,11 +263,10 @@ static void search_element(search *s, int element) {
   stack[n_stack++] = (part){.range = {0, 0, 0, 1, 1, 1}, .depth = 0};
   for (int count = 0; count < MAX_BOXES && n_stack > 0 && s->best > s->tolerance; count++) {
     part now = stack[--n_stack];
-    double box[6], centre[3];
+    double centre[3];
     memcpy(s->part, s->net, 4 * n * sizeof *s->part);
     restrict_net(degree, now.range, s->part);
-    bound_net((int)n, s->part, box);
-    if (distance_to_box(box, s->point) >= (1.0 - DISTANCE_ACCURACY) * s->best)
+    if (distance_to_hull((int)n, s->part, s->point) >= (1.0 - DISTANCE_ACCURACY) * s->best)
       continue;
     for (int d = 0; d < 3; d++)
       centre[d] = 0.5 * (now.range[d] + now.range[d + 3]);
