@@ -450,6 +450,22 @@ static void test_operating_system(tsolid_context *context) {
 /* ---- solids ------------------------------------------------------------------------------------
  */
 
+/* Control points out of the blue: files know no geometry. */
+static tsolid_solid *fill_solid(tsolid_context *context, const tsolid_space *space) {
+  size_t n_free = (size_t)space->n_inner + (size_t)space->n_surface;
+  double *control = malloc(4 * (n_free + (size_t)space->n_surface) * sizeof *control);
+  tsolid_solid *solid = NULL;
+  for (size_t k = 0; k < 4 * n_free; k++) {
+    double unit = (double)(next_random() >> 11) / 9007199254740992.0;
+    control[k] = k % 4 == 3 ? 0.5 + unit : 2 * unit - 1;
+  }
+  memcpy(control + 4 * n_free, space->boundary->points,
+         4 * (size_t)space->n_surface * sizeof *control);
+  CHECK(tsolid_solid_from_control(context, space, control, &solid) == TSOLID_OK);
+  free(control);
+  return solid;
+}
+
 static tsolid_solid *make_solid(tsolid_context *context, const char *example) {
   char path[1024];
   const char *root = getenv("TSOLID_SOURCE_DIR");
@@ -464,7 +480,7 @@ static tsolid_solid *make_solid(tsolid_context *context, const char *example) {
           TSOLID_OK &&
       tsolid_tmesh_create(context, boundary, NULL, &tmesh) == TSOLID_OK &&
       tsolid_space_create(context, boundary, tmesh, &space) == TSOLID_OK)
-    tsolid_solid_create(context, space, &solid);
+    solid = fill_solid(context, space);
   if (!CHECK(solid != NULL))
     fprintf(stderr, "    %s\n", last_text(context));
   tsolid_boundary_file_free(file);
@@ -816,9 +832,10 @@ int main(void) {
   tsolid_context *context;
   tsolid_report report;
   const char *base = getenv("TMPDIR");
+  tsolid_context_options options = {.n_threads = 1};
   memset(&report, 0, sizeof report);
   snprintf(folder, sizeof folder, "%.40s/tsolid.XXXXXX", base ? base : "/tmp");
-  if (!CHECK(mkdtemp(folder)) || !CHECK(tsolid_context_create(NULL, &context) == TSOLID_OK))
+  if (!CHECK(mkdtemp(folder)) || !CHECK(tsolid_context_create(&options, &context) == TSOLID_OK))
     return check_done();
   test_numbers();
   test_tsb_patches(context);

@@ -101,9 +101,8 @@ static uint32_t checksum(const unsigned char *bytes, size_t size) {
   return (uint32_t)crc32_z(crc32(0, NULL, 0), bytes, size);
 }
 
-static int begin_section(reader *r, const char *tag) {
-  if (r->status != TSOLID_OK)
-    return 0;
+/* Moves behind one section after a look at its frame: damage is found before anything is built. */
+static int skip_section(reader *r, const char *tag) {
   memcpy(r->tag, tag, 4);
   const unsigned char *begin = r->at;
   size_t left = (size_t)(r->end - begin);
@@ -114,10 +113,36 @@ static int begin_section(reader *r, const char *tag) {
   uint64_t length = decode(begin + 4, 8);
   if (length > left - TSI_TSOLID_SECTION_FRAME)
     return fail(r, "the file ends within it");
-  r->at = begin + 12;
+  size_t covered = 12 + (size_t)length;
+  if (checksum(begin, covered) != decode(begin + covered, 4))
+    return fail(r, "its checksum is wrong: the file is damaged");
+  r->at = begin + covered + 4;
+  r->tag[0] = 0;
+  return 1;
+}
+
+static int check_sections(reader *r) {
+  static const char *const tags[] = {"FUNC", "SIDE", "SIDE", "SIDE", "SIDE", "SIDE",
+                                     "SIDE", "FACT", "MESH", "CTRL", "INFO"};
+  const unsigned char *first = r->at;
+  for (size_t k = 0; k < sizeof tags / sizeof *tags; k++)
+    if (!skip_section(r, tags[k]))
+      return 0;
+  if (r->at != r->end)
+    return fail(r, "something follows the last section");
+  r->at = first;
+  return 1;
+}
+
+/* After check_sections: the caller asks for the tags in the same order. */
+static int begin_section(reader *r, const char *tag) {
+  if (r->status != TSOLID_OK)
+    return 0;
+  memcpy(r->tag, tag, 4);
+  size_t length = (size_t)decode(r->at + 4, 8);
+  r->at += 12;
   r->section_end = r->at + length;
-  return checksum(begin, 12 + (size_t)length) == decode(r->section_end, 4) ||
-         fail(r, "its checksum is wrong: the file is damaged");
+  return 1;
 }
 
 static int end_section(reader *r) {
@@ -253,9 +278,7 @@ static int read_info(reader *r, double *start_worst) {
   uint64_t bits = decode(r->at, 8);
   memcpy(start_worst, &bits, sizeof bits);
   r->at += 8;
-  if (!end_section(r))
-    return 0;
-  return r->at == r->end || fail(r, "something follows the last section");
+  return end_section(r);
 }
 
 /* ---- driver ------------------------------------------------------------------------------------
@@ -300,7 +323,7 @@ tsolid_status tsolid_read_tsolid(tsolid_context *context, const char *path, tsol
     return r.status;
   r.at = (const unsigned char *)bytes;
   r.end = r.section_end = r.at + size;
-  if (!read_header(&r) || !read_boundary(&r, &boundary))
+  if (!read_header(&r) || !check_sections(&r) || !read_boundary(&r, &boundary))
     goto done;
   tmesh = read_mesh(&r);
   if (!tmesh)
