@@ -311,7 +311,7 @@ tsolid_status tsi_boundary_bound(tsolid_context *context, const tsolid_boundary 
     bound_isoline(boundary, isoline, list, &b);
   for (int side = 0; side < 6; side++)
     bound_side(boundary, side, &b);
-  *bound = b.bound;
+  *bound = b.bound > TSI_SINGULAR_TOLERANCE ? b.bound : 0.0;
   memcpy(point, b.point, sizeof b.point);
 done:
   tsi_arena_free(&arena);

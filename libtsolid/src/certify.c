@@ -24,13 +24,16 @@
  * error e_k = error[c] (the caller's; zero when the points define the element). Rational elements
  * are first translated by c near their middle, a_k' = fl(a_k - c w_k) with one rounding (fma), so
  * e_k = error[c] + |c| error[3] + u |a_k'|; det[X, X_0, X_1, X_2] is unchanged by the exact
- * translation. Where W is constant only differences of points as given enter: no translation. With
- * DELTA = 8 u the computed leaf coefficient v of P (or of a difference) satisfies
+ * translation. Where W is constant only differences of points as given enter: no translation. The
+ * computed leaf coefficient v, of P or of a derivative, satisfies
  *
- *     |v - V| <= e + 5 u' |v| <= DELTA m,   m = |v| + e / DELTA >= |V|
+ *     |v - V| <= e + gamma_5 |v| <= delta m,   m = |v| + e / delta >= |V|,   8 u <= delta <= 1/2
  *
  * (five roundings: difference, degree, two binomials and their product; e = q (e_k + e_k+1) for a
- * difference). All is scaled by powers of two to at most one first, so nothing overflows, and what
+ * derivative). Products meet one leaf of each direction, so the leaves of a direction share one
+ * delta = 8 u + 2 max e / max |v|: an error that is small beside the largest of them leaves the
+ * magnitudes nearly as they are, and directions of very different lengths do not disturb each
+ * other. All is scaled by powers of two to at most one first, so nothing overflows, and what
  * may underflow in the products is below UNDERFLOW_ERROR, which is part of every error bound.
  *
  * Source: the bound by Bernstein coefficients and its refinement by subdivision are classical (e.g.
@@ -186,33 +189,55 @@ static leaf_error prepare_net(tsi_certifier *c, const tsi_certify_task *task) {
 /* ---- N in Bernstein form -----------------------------------------------------------------------
  */
 
-/* The scaled leaf of component `component` of the working net: its derivative along `axis` (rows
- * less one along it), or with derivative = 0 the net of the first rows along `axis`. */
-static tsi_product make_leaf(const tsi_certifier *c, const leaf_error *error, int component,
-                             int axis, int derivative, double *pair) {
-  tsi_product leaf = {{0, 0, 0}, DELTA, pair};
+/* Value and error of one coefficient of a leaf at row k of the working net: of the derivative along
+ * `axis`, or with derivative = 0 the net itself. */
+static inline double leaf_value(const tsi_certifier *c, const leaf_error *error, int component,
+                                int axis, int derivative, size_t k, double *e) {
   const int *q = c->degree;
-  size_t stride[3] = {4, 4 * ((size_t)q[0] + 1), 4 * ((size_t)q[0] + 1) * ((size_t)q[1] + 1)};
-  for (int i = 0; i < 3; i++)
-    leaf.n[i] = q[i] + (i != axis);
+  size_t stride[3] = {1, (size_t)q[0] + 1, ((size_t)q[0] + 1) * ((size_t)q[1] + 1)};
+  double a = c->net[4 * k + (size_t)component];
   double e0 = error->absolute[component], e1 = error->relative[component];
-  for (int k = 0; k < leaf.n[2]; k++)
-    for (int j = 0; j < leaf.n[1]; j++)
-      for (int i = 0; i < leaf.n[0]; i++, pair += 2) {
-        const double *a = c->net + (size_t)component + (size_t)i * stride[0] +
-                          (size_t)j * stride[1] + (size_t)k * stride[2];
-        double value = a[0], e = e0 + e1 * fabs(a[0]);
-        if (derivative) {
-          double b = a[stride[axis]];
-          value = q[axis] * (b - a[0]);
-          e = q[axis] * (e + e0 + e1 * fabs(b));
+  *e = e0 + e1 * fabs(a);
+  if (!derivative)
+    return a;
+  double b = c->net[4 * (k + stride[axis]) + (size_t)component];
+  *e = q[axis] * (*e + e0 + e1 * fabs(b));
+  return q[axis] * (b - a);
+}
+
+/* The leaves of all components of X (derivative = 0: first rows along `axis`) or X_axis, scaled,
+ * with one delta. */
+static void make_leaves(const tsi_certifier *c, const leaf_error *error, int n_components, int axis,
+                        int derivative, double *const *pair, tsi_product *leaf) {
+  const int *q = c->degree;
+  double largest = 0.0, largest_error = 0.0, e;
+  const int n[3] = {q[0] + (axis != 0), q[1] + (axis != 1), q[2] + (axis != 2)};
+  for (int x = 0; x < n_components; x++) {
+    double *to = pair[x];
+    for (int k = 0; k < n[2]; k++)
+      for (int j = 0; j < n[1]; j++)
+        for (int i = 0; i < n[0]; i++, to += 2) {
+          size_t row = (size_t)(i + (q[0] + 1) * (j + (q[1] + 1) * k));
+          to[0] = leaf_value(c, error, x, axis, derivative, row, &e);
+          to[1] = e;
+          largest = fmax(largest, fabs(to[0]));
+          largest_error = fmax(largest_error, e);
         }
-        double binomial = tsi_binomial(leaf.n[0] - 1, i) * tsi_binomial(leaf.n[1] - 1, j) *
-                          tsi_binomial(leaf.n[2] - 1, k);
-        pair[0] = value * binomial;
-        pair[1] = (fabs(value) + e / DELTA) * binomial;
-      }
-  return leaf;
+  }
+  double delta = DELTA + (largest > 0.0 ? 2.0 * largest_error / largest : 0.0);
+  delta = delta < 0.5 ? delta : 0.5;
+  for (int x = 0; x < n_components; x++) {
+    double *to = pair[x];
+    for (int k = 0; k < n[2]; k++)
+      for (int j = 0; j < n[1]; j++)
+        for (int i = 0; i < n[0]; i++, to += 2) {
+          double binomial =
+              tsi_binomial(n[0] - 1, i) * tsi_binomial(n[1] - 1, j) * tsi_binomial(n[2] - 1, k);
+          to[1] = (fabs(to[0]) + to[1] / delta) * binomial;
+          to[0] *= binomial;
+        }
+    leaf[x] = (tsi_product){{n[0], n[1], n[2]}, delta, pair[x]};
+  }
 }
 
 /* minor = a b' - a' b. */
@@ -230,8 +255,7 @@ static tsi_product make_minor(const tsi_product *a, const tsi_product *a1, const
 static void jacobian_of_polynomial(tsi_certifier *c, const leaf_error *error, tsi_product *n) {
   tsi_product d[3][3], minor;
   for (int i = 0; i < 3; i++)
-    for (int x = 0; x < 3; x++)
-      d[i][x] = make_leaf(c, error, x, i, 1, c->leaf[3 * i + x]);
+    make_leaves(c, error, 3, i, 1, c->leaf + 3 * i, d[i]);
   for (int x = 0; x < 3; x++) {
     int y = (x + 1) % 3, z = (x + 2) % 3;
     minor = make_minor(&d[1][y], &d[1][z], &d[2][y], &d[2][z], c->minor[0]);
@@ -258,12 +282,10 @@ static void jacobian_of_rational(tsi_certifier *c, const leaf_error *error, tsi_
   int d = highest_direction(c->degree);
   int e = (d + 1) % 3, f = (d + 2) % 3;
   tsi_product first[4], step[4], xe[4], xf[4];
-  for (int x = 0; x < 4; x++) {
-    first[x] = make_leaf(c, error, x, d, 0, c->leaf[x]);
-    step[x] = make_leaf(c, error, x, d, 1, c->leaf[4 + x]);
-    xe[x] = make_leaf(c, error, x, e, 1, c->leaf[8 + x]);
-    xf[x] = make_leaf(c, error, x, f, 1, c->leaf[12 + x]);
-  }
+  make_leaves(c, error, 4, d, 0, c->leaf, first);
+  make_leaves(c, error, 4, d, 1, c->leaf + 4, step);
+  make_leaves(c, error, 4, e, 1, c->leaf + 8, xe);
+  make_leaves(c, error, 4, f, 1, c->leaf + 12, xf);
   for (int m = 0; m < N_MINORS; m++) {
     int i = row[m][0], j = row[m][1], k = row[m][2], l = row[m][3];
     tsi_product p = make_minor(&first[i], &first[j], &step[i], &step[j], c->minor[0]);
