@@ -247,7 +247,7 @@ TSOLID_API double tsolid_boundary_scale(const tsolid_boundary *boundary);
 typedef struct tsolid_tmesh tsolid_tmesh;
 
 typedef struct tsolid_tmesh_options { /* all zero = default */
-  int min_cells; /* at least so many core cells per axis; 0: 3 */
+  int min_cells;                      /* at least so many core cells per axis; 0: 3 */
 } tsolid_tmesh_options;
 
 typedef struct tsolid_tmesh_view {
@@ -305,7 +305,7 @@ TSOLID_API tsolid_status tsolid_space_extraction(tsolid_context *context, const 
 typedef struct tsolid_solid tsolid_solid;
 
 typedef struct tsolid_solid_options { /* all zero = default */
-  int effort; /* 0: default, 1: harmonic start only, 2: quick, 3: thorough */
+  int effort;                         /* 0: default, 1: the start only, 2: quick, 3: thorough */
 } tsolid_solid_options;
 
 /* Positive inner weights and a harmonic start: -div grad x = 0 on the cross, x = boundary at r = R.
@@ -391,7 +391,7 @@ typedef struct tsolid_quality {
   double worst, mean, best;
   int worst_element;
   double worst_u[3], worst_point[3];
-  double start_worst; /* of the harmonic start; NaN when not known */
+  double start_worst; /* of the start; NaN when not known */
   double bound;       /* no solid over this boundary has a better worst scaled Jacobian */
   double bound_point[3];
   double ratio; /* worst / bound */

@@ -231,7 +231,7 @@ struct tsolid_solid {
   const tsolid_space *space;
   double *control;          /* homogeneous, (n_inner + 2 n_surface) x 4: inner, R-, R */
   int constant_weight;      /* all weights are the same number: W is that constant */
-  double start_worst;       /* worst scaled Jacobian of the harmonic start; NaN: not known */
+  double start_worst;       /* worst scaled Jacobian of the start; NaN: not known */
   struct tsi_bvh *physical; /* over the elements' Euclidean control nets: tsi_solid_index */
 };
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
  * Energies of the Jacobian, E(P) = sum over elements and quadrature points of a density, with their
- * gradients: what the harmonic start and the optimisation share. */
+ * gradients: what the optimisation minimises and measures. */
 #ifndef TSI_KERNEL_H
 #define TSI_KERNEL_H
 

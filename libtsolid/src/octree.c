@@ -106,43 +106,60 @@ static int tree_lines(double *value, int n, tsi_arena *arena) {
   return count;
 }
 
-/* Halves the widest interval until there are `cells` of them. */
-static int split_lines(double *line, int n, int cells) {
+/* Where to split [low, high] when no T-junction asks for it: at the T-junction value nearest the
+ * middle unless that is far from it. (A line that all but coincides with one of the input's would
+ * cut slivers out of the arms.) */
+static double split_value(double low, double high, int n_values, const double *value) {
+  double middle = 0.5 * (low + high), best = middle, distance = 0.25 * (high - low);
+  for (int i = 0; i < n_values; i++)
+    if (fabs(value[i] - middle) < distance) {
+      distance = fabs(value[i] - middle);
+      best = value[i];
+    }
+  return best;
+}
+
+/* Splits the widest intervals, all that are equally wide at once so that symmetry stays, until
+ * there are at least `cells` of them; line has room for 2 * cells + 1. */
+static int split_widest(double *line, int n, int cells, int n_values, const double *value) {
   while (n - 1 < cells) {
-    int widest = 0;
-    for (int i = 1; i + 1 < n; i++)
-      if (line[i + 1] - line[i] > line[widest + 1] - line[widest])
-        widest = i;
-    memmove(line + widest + 2, line + widest + 1, (size_t)(n - widest - 1) * sizeof *line);
-    line[widest + 1] = 0.5 * (line[widest] + line[widest + 2]);
-    n++;
+    double widest = 0.0;
+    for (int i = 0; i + 1 < n; i++)
+      widest = fmax(widest, line[i + 1] - line[i]);
+    for (int i = 0; i + 1 < n; i++) {
+      if (line[i + 1] - line[i] < 0.99 * widest)
+        continue;
+      memmove(line + i + 2, line + i + 1, (size_t)(n - i - 1) * sizeof *line);
+      line[i + 1] = split_value(line[i], line[i + 2], n_values, value);
+      n++;
+      i++;
+    }
   }
   return n;
 }
 
-/* Lines of one axis with room for splitting; NULL: no memory. */
+/* Lines of one axis; NULL: no memory. */
 static double *axis_lines(const tsolid_boundary *boundary, int axis, int min_cells,
                           tsi_arena *arena, int *n) {
-  double *found = collect_lines(boundary, axis, arena, n);
-  if (!found)
+  int n_values;
+  double *value = collect_lines(boundary, axis, arena, &n_values);
+  if (!value)
     return NULL;
-  *n = tree_lines(found, merge_lines(found, *n), arena);
-  if (*n < 0)
+  n_values = merge_lines(value, n_values);
+  double *line = tsi_arena_new(arena, (size_t)n_values + 2 * (size_t)min_cells + 2, sizeof *line);
+  if (!line)
     return NULL;
-  if (*n - 1 >= min_cells)
-    return found;
-  if (*n == 2) { /* nothing in between: equal parts */
-    double *line = tsi_arena_new(arena, (size_t)min_cells + 1, sizeof *line);
-    for (int i = 0; line && i <= min_cells; i++)
+  if (n_values == 2) { /* nothing inside: equal parts */
+    for (int i = 0; i <= min_cells; i++)
       line[i] = (double)i / min_cells;
     *n = min_cells + 1;
     return line;
   }
-  double *line = tsi_arena_new(arena, (size_t)min_cells + 2, sizeof *line);
-  if (!line)
+  memcpy(line, value, (size_t)n_values * sizeof *line);
+  *n = tree_lines(line, n_values, arena);
+  if (*n < 0)
     return NULL;
-  memcpy(line, found, (size_t)*n * sizeof *line);
-  *n = split_lines(line, *n, min_cells);
+  *n = split_widest(line, *n, min_cells, n_values, value);
   return line;
 }
 

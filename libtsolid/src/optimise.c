@@ -14,15 +14,26 @@
  * regularisation; the angle term is ours. */
 #include <lbfgs.h>
 
+#include "boundary_bound.h"
 #include "kernel.h"
+#include "precondition.h"
 #include "solid.h"
 
 static const char *const STAGE = "optimise";
 
-enum { HISTORY = 12, UNTANGLE_ROUNDS = 8, UNTANGLE_STEPS = 30, SMOOTH_STEPS = 40, MAX_POWER = 16 };
+enum { HISTORY = 12, UNTANGLE_ROUNDS = 12, UNTANGLE_STEPS = 30, MAX_POWER = 32, ALL_UP_TO = 4 };
 
 static const double THETA = 0.1;       /* weight of size against shape while untangling */
 static const double SHAPE_KEPT = 0.01; /* what stays of shape while the worst place is raised */
+static const double FIRST_EPSILON = 0.3, EPSILON_FALL = 0.3, LAST_EPSILON = 1e-4;
+static const double NEGLIGIBLE = 1e-4; /* share of the worst element's energy */
+
+/* What an effort aims at: when the worst place is that share of the input's own bound it is good
+ * enough; steps per power. */
+static const struct {
+  double goal;
+  int steps;
+} EFFORT[4] = {{0.9, 40}, {0.0, 0}, {0.5, 20}, {0.99, 120}};
 
 /* ---- densities
  * ------------------------------------------------------------------------------------------- */
@@ -123,6 +134,7 @@ typedef struct optimiser {
   double *position, *best, *gradient, *element_worst, *diagonal;
   double (*target)[3];
   double *scale;
+  unsigned char *active; /* elements that count now */
   double best_worst;
   barrier barrier;
   tsolid_status status;
@@ -186,7 +198,8 @@ static lbfgsfloatval_t evaluate(void *data, const lbfgsfloatval_t *x, lbfgsfloat
   (void)step;
   for (int i = 0; i < n; i++)
     o->position[i] = x[i] * o->diagonal[i / 3];
-  tsi_kernel_energy(o->inside, o->position, barrier_density, &o->barrier, NULL, &energy, g, NULL);
+  tsi_kernel_energy(o->inside, o->position, barrier_density, &o->barrier, o->active, &energy, g,
+                    NULL);
   for (int i = 0; i < n; i++)
     g[i] *= o->diagonal[i / 3];
   o->evaluations++;
@@ -237,37 +250,52 @@ static void keep_best(optimiser *o) {
 
 /* Shape energy with a falling epsilon until every sampled det J is positive. */
 static tsolid_status untangle(optimiser *o) {
-  double epsilon = o->best_worst > 0.0 ? 0.01 : 0.3;
   tsolid_status status = TSOLID_OK;
+  double epsilon = o->best_worst > 0.0 ? 0.01 : FIRST_EPSILON;
   o->barrier = (barrier){.target = (const double(*)[3])o->target,
                          .scale = o->scale,
                          .theta = THETA,
                          .shape = 1.0,
                          .power = 1};
   for (int round = 0; round < UNTANGLE_ROUNDS && status == TSOLID_OK; round++) {
-    o->fraction = 0.4 * round / UNTANGLE_ROUNDS;
+    o->fraction = 0.5 * round / UNTANGLE_ROUNDS;
     o->barrier.epsilon = epsilon;
     status = descend(o, UNTANGLE_STEPS);
     keep_best(o);
     if (o->best_worst > 0.0)
       break;
-    epsilon *= 0.3;
+    epsilon = fmax(epsilon * EPSILON_FALL, LAST_EPSILON);
   }
   return status;
 }
 
-/* Ever higher powers of the inverse scaled Jacobian, every element with the same weight. */
-static tsolid_status raise_worst(optimiser *o) {
+/* Leaves out elements whose energy cannot matter: their dofs rest unless a bad element moves them.
+ */
+static void choose_active(optimiser *o, int power) {
+  double limit = INFINITY;
+  if (power > ALL_UP_TO)
+    limit = fmax(o->best_worst, 0.0) * pow(NEGLIGIBLE, -1.0 / power);
+  (void)worst_of(o, o->position);
+  for (int e = 0; e < o->space->n_elements; e++)
+    o->active[e] = !(o->element_worst[e] > limit);
+}
+
+/* Ever higher powers of the inverse scaled Jacobian, every element with the same weight. The first
+ * power also evens out what untangling left; the others start from the best so far. */
+static tsolid_status raise_worst(optimiser *o, int effort, double bound) {
   tsolid_status status = TSOLID_OK;
   for (int e = 0; e < o->space->n_elements; e++)
     o->scale[e] = 1.0 / o->space->n_elements;
   o->barrier.epsilon = 1e-3;
   o->barrier.shape = SHAPE_KEPT;
   for (int power = 1; power <= MAX_POWER && status == TSOLID_OK; power *= 2) {
-    o->fraction += 0.1;
+    if (power > 1 && o->best_worst >= EFFORT[effort].goal * bound)
+      break;
+    o->fraction = fmin(o->fraction + 0.08, 0.95);
+    choose_active(o, power);
     o->barrier.power = power;
     o->barrier.angle = integer_power(fmax(o->best_worst, 0.01), power);
-    status = descend(o, SMOOTH_STEPS);
+    status = descend(o, EFFORT[effort].steps);
     keep_best(o);
   }
   return status;
@@ -287,9 +315,10 @@ static tsolid_status prepare(optimiser *o, const tsolid_solid *start, tsi_arena 
   o->scale = tsi_arena_new(arena, n_elements, sizeof(double));
   o->element_worst = tsi_arena_new(arena, n_elements, sizeof(double));
   o->diagonal = tsi_arena_new(arena, n_free, sizeof(double));
+  o->active = tsi_arena_new(arena, n_elements, 1);
   double(*factor)[3] = tsi_arena_new(arena, n_elements, sizeof *factor);
   if (!o->position || !o->best || !o->target || !o->scale || !o->element_worst || !o->diagonal ||
-      !factor)
+      !o->active || !factor)
     return tsi_no_memory(o->context, STAGE);
   tsi_boundary_positions(space, o->position + 3 * n_free, centre);
   for (size_t f = 0; f < n_free; f++)
@@ -301,6 +330,7 @@ static tsolid_status prepare(optimiser *o, const tsolid_solid *start, tsi_arena 
     status = tsi_kernel_create(o->context, space, start->control, TSI_GRID, &o->grid);
   if (status != TSOLID_OK)
     return status;
+  memset(o->active, 1, n_elements);
   choose_targets(o);
   for (size_t e = 0; e < n_elements; e++)
     for (int a = 0; a < 3; a++)
@@ -340,13 +370,15 @@ tsolid_status tsolid_solid_optimise(tsolid_context *context, const tsolid_solid 
   optimiser o = {.context = context,
                  .space = start->space,
                  .n_free = start->space->n_inner + start->space->n_surface};
-  double centre[3];
-  tsolid_status status = prepare(&o, start, &arena, centre);
+  double centre[3], bound, bound_point[3];
+  tsolid_status status = tsi_boundary_bound(context, start->space->boundary, &bound, bound_point);
+  if (status == TSOLID_OK)
+    status = prepare(&o, start, &arena, centre);
   double start_worst = o.best_worst;
   if (status == TSOLID_OK && effort != 1)
     status = untangle(&o);
   if (status == TSOLID_OK && effort != 1)
-    status = raise_worst(&o);
+    status = raise_worst(&o, effort, bound);
   if (status == TSOLID_OK)
     status = finish(&o, start, start_worst, centre, &arena, solid);
   tsi_kernel_free(o.inside);

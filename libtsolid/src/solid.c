@@ -2,6 +2,7 @@
  * The solid: a space and its control points. */
 #include "solid.h"
 #include "bvh.h"
+#include "transfinite.h"
 
 static const char *const STAGE = "solid";
 
@@ -46,6 +47,34 @@ tsolid_status tsi_solid_new(tsolid_context *context, const tsolid_space *space,
     *solid = s;
   else
     tsolid_solid_free(s);
+  return status;
+}
+
+tsolid_status tsolid_solid_create(tsolid_context *context, const tsolid_space *space,
+                                  tsolid_solid **solid) {
+  if (!context || !space || !solid)
+    return TSOLID_ERROR_ARGUMENT;
+  *solid = NULL;
+  size_t n_free = (size_t)(space->n_inner + space->n_surface), m = (size_t)space->n_surface;
+  double *control = tsi_new(&context->allocator, n_free + m, 4 * sizeof *control);
+  double *position = tsi_new(&context->allocator, n_free + m, 3 * sizeof *position), centre[3];
+  tsolid_status status =
+      control && position ? tsi_progress(context, STAGE, 0.0) : tsi_no_memory(context, STAGE);
+  if (status == TSOLID_OK)
+    status = tsi_weights_choose(context, space, control);
+  if (status == TSOLID_OK) {
+    tsi_boundary_positions(space, position + 3 * n_free, centre);
+    status = tsi_transfinite_start(context, space, centre, position);
+  }
+  if (status == TSOLID_OK) {
+    for (size_t f = 0; f < n_free; f++)
+      for (size_t c = 0; c < 3; c++)
+        control[4 * f + c] = control[4 * f + 3] * (position[3 * f + c] + centre[c]);
+    memcpy(control + 4 * n_free, space->boundary->points, 4 * m * sizeof *control);
+    status = tsi_solid_new(context, space, control, (double)NAN, solid);
+  }
+  tsi_delete(&context->allocator, control);
+  tsi_delete(&context->allocator, position);
   return status;
 }
 

@@ -1,0 +1,304 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later
+ * The start: the cross is laid into a cube, the cube into the part.
+ *
+ * The first map takes the core to a smaller box inside the unit cube and the arms to the frusta
+ * around it, as thick as `share` says per axis. The second is the transfinite (Coons) map of the
+ * six sides S:
+ *   x = U + V + W - UV - VW - UW + UVW,   U = (1-a) S_low(b,c) + a S_high(b,c), ...
+ * Control points are values at Greville points: the spline then follows the map without wiggles.
+ *
+ * Layers as thick as their share of every axis would meet at slivers along the edges of a plate. So
+ * the thickness is the same in space along all three axes: the smallest one allows.
+ *
+ * Source: W. Gordon, C. Hall (1973), Construction of curvilinear coordinate systems; DESIGN asks
+ * for a harmonic start or an equivalent cheap smooth one: a harmonic map of the cross has zero
+ * gradient at the core's edges (three right angles meet there) and starts inverted on plates and
+ * bends. */
+#include "transfinite.h"
+#include "bernstein.h"
+#include "bvh.h"
+
+static const char *const STAGE = "solid";
+
+enum { TABLE = 5, PATH = 8 }; /* places per direction and segments of the length table */
+
+typedef struct starter {
+  const tsolid_space *space;
+  struct tsi_bvh *tree[6];
+  double low[3], high[3];         /* share of each axis that an arm may take */
+  double length[3][TABLE][TABLE]; /* of the line along axis a at (b, c) */
+} starter;
+
+/* ---- the sides
+ * ---------------------------------------------------------------------------------------- */
+
+typedef struct side_point {
+  const tsolid_boundary *boundary;
+  const tsi_side *side;
+  double s, t, sum[4];
+} side_point;
+
+static int evaluate_side_element(void *data, int element) {
+  side_point *p = data;
+  const double *box = p->side->box + 4 * (size_t)element;
+  if (p->s < box[0] || p->s > box[1] || p->t < box[2] || p->t > box[3])
+    return 0;
+  double b[2][TSI_MAX_ORDER];
+  int ns = p->side->degree[0] + 1, nt = p->side->degree[1] + 1;
+  tsi_bernstein(ns - 1, (p->s - box[0]) / (box[1] - box[0]), b[0]);
+  tsi_bernstein(nt - 1, (p->t - box[2]) / (box[3] - box[2]), b[1]);
+  for (int k = p->side->function_start[element]; k < p->side->function_start[element + 1]; k++) {
+    const double *c = p->side->coefficient + (size_t)k * (size_t)(ns * nt);
+    const double *point = p->boundary->points + 4 * (size_t)p->side->function[k];
+    double value = 0.0;
+    for (int j = 0; j < nt; j++)
+      for (int i = 0; i < ns; i++)
+        value += c[i + ns * j] * b[0][i] * b[1][j];
+    for (int i = 0; i < 4; i++)
+      p->sum[i] += value * point[i];
+  }
+  return 1;
+}
+
+/* A side's Euclidean point; cube holds the two lateral coordinates, up to round-off in [0,1]. */
+static void side_value(const starter *st, int side, const double cube[3], double x[3]) {
+  side_point p = {.boundary = st->space->boundary,
+                  .side = &st->space->boundary->side[side],
+                  .s = fmin(fmax(cube[tsi_side_s(side)], 0.0), 1.0),
+                  .t = fmin(fmax(cube[tsi_side_t(side)], 0.0), 1.0)};
+  double at[3] = {p.s, p.t, 0.0};
+  tsi_bvh_containing(st->tree[side], at, 0.0, evaluate_side_element, &p);
+  for (int c = 0; c < 3; c++)
+    x[c] = p.sum[c] / p.sum[3];
+}
+
+/* ---- the transfinite map
+ * ---------------------------------------------------------------------------------- */
+
+/* x += factor * (point of the boundary at cube with the axes in `ends` moved to an end each,
+ * weighted linearly): the term of one, two or three projections. */
+static void add_projection(const starter *st, const double cube[3], int ends, double factor,
+                           double x[3]) {
+  for (int corner = 0; corner < 8; corner++) {
+    double q[3] = {cube[0], cube[1], cube[2]}, weight = factor, value[3];
+    int side = -1;
+    if (corner & ~ends)
+      continue;
+    for (int a = 0; a < 3; a++)
+      if (ends >> a & 1) {
+        int end = corner >> a & 1;
+        weight *= end ? cube[a] : 1.0 - cube[a];
+        q[a] = end;
+        side = 2 * a + end;
+      }
+    if (weight == 0.0)
+      continue;
+    side_value(st, side, q, value);
+    for (int c = 0; c < 3; c++)
+      x[c] += weight * value[c];
+  }
+}
+
+static void transfinite(const starter *st, const double cube[3], double x[3]) {
+  x[0] = x[1] = x[2] = 0.0;
+  for (int ends = 1; ends < 8; ends++) {
+    int n = (ends & 1) + (ends >> 1 & 1) + (ends >> 2 & 1);
+    add_projection(st, cube, ends, n == 2 ? -1.0 : 1.0, x);
+  }
+}
+
+/* ---- the cross in the cube
+ * ----------------------------------------------------------------------------------- */
+
+static void measure_lengths(starter *st) {
+  for (int a = 0; a < 3; a++)
+    for (int i = 0; i < TABLE * TABLE; i++) {
+      double cube[3], previous[3], x[3], sum = 0.0;
+      cube[(a + 1) % 3] = (double)(i % TABLE) / (TABLE - 1);
+      cube[(a + 2) % 3] = (double)(i / TABLE) / (TABLE - 1);
+      for (int k = 0; k <= PATH; k++) {
+        cube[a] = (double)k / PATH;
+        transfinite(st, cube, x);
+        if (k > 0)
+          sum += sqrt((x[0] - previous[0]) * (x[0] - previous[0]) +
+                      (x[1] - previous[1]) * (x[1] - previous[1]) +
+                      (x[2] - previous[2]) * (x[2] - previous[2]));
+        memcpy(previous, x, sizeof x);
+      }
+      st->length[a][i % TABLE][i / TABLE] = sum;
+    }
+}
+
+static double length_at(const starter *st, int a, const double cube[3]) {
+  double f[2];
+  int i[2];
+  for (int k = 0; k < 2; k++) {
+    double x = cube[(a + 1 + k) % 3] * (TABLE - 1);
+    i[k] = (int)fmin(fmax(floor(x), 0.0), TABLE - 2);
+    f[k] = x - i[k];
+  }
+  const double(*l)[TABLE] = st->length[a];
+  return (1.0 - f[0]) * ((1.0 - f[1]) * l[i[0]][i[1]] + f[1] * l[i[0]][i[1] + 1]) +
+         f[0] * ((1.0 - f[1]) * l[i[0] + 1][i[1]] + f[1] * l[i[0] + 1][i[1] + 1]);
+}
+
+/* Shares of the axes at a place of the cube: the same thickness in space along all of them. */
+static void shares_at(const starter *st, const double cube[3], double low[3], double high[3]) {
+  double length[3], thickness = INFINITY;
+  for (int a = 0; a < 3; a++) {
+    length[a] = length_at(st, a, cube);
+    thickness = fmin(thickness, length[a] * fmin(st->low[a], st->high[a]));
+  }
+  for (int a = 0; a < 3; a++) {
+    low[a] = fmin(st->low[a], thickness / fmax(length[a], 1e-300));
+    high[a] = fmin(st->high[a], thickness / fmax(length[a], 1e-300));
+  }
+}
+
+/* Where u of an arm (axis >= 0) or of the core lies in the cube, for given shares. */
+static void place(const tsolid_tmesh *tmesh, const double u[3], const double low[3],
+                  const double high[3], double cube[3]) {
+  int arm = -1;
+  double rho = 0.0;
+  for (int a = 0; a < 3; a++)
+    if (u[a] < 0.0 || u[a] > 1.0)
+      arm = a;
+  if (arm >= 0)
+    rho = u[arm] > 1.0 ? (u[arm] - 1.0) / tmesh->arm_height[2 * arm + 1]
+                       : -u[arm] / tmesh->arm_height[2 * arm];
+  for (int a = 0; a < 3; a++) {
+    double inside = low[a] + u[a] * (1.0 - low[a] - high[a]);
+    if (a == arm)
+      cube[a] = u[a] > 1.0 ? 1.0 - high[a] * (1.0 - rho) : low[a] * (1.0 - rho);
+    else
+      cube[a] = (1.0 - rho) * inside + rho * u[a];
+  }
+}
+
+static void cross_to_part(const starter *st, const double u[3], double x[3]) {
+  double cube[3], low[3], high[3];
+  place(st->space->tmesh, u, st->low, st->high, cube);
+  shares_at(st, cube, low, high);
+  place(st->space->tmesh, u, low, high, cube);
+  transfinite(st, cube, x);
+}
+
+/* ---- control points
+ * ------------------------------------------------------------------------------------------ */
+
+static void greville(const tsolid_tmesh *tmesh, const tsi_piece *piece, double u[3]) {
+  for (int a = 0; a < 3; a++) {
+    const double *v = tmesh->plane_value[a];
+    const int *k = piece->knot[a];
+    u[a] = (v[k[1]] + v[k[2]] + v[k[3]]) / 3.0;
+  }
+}
+
+/* Mass and centre of every surface function per side: rows of (mass, s, t). */
+static void surface_centres(const tsolid_boundary *boundary, double *centre) {
+  for (int side = 0; side < 6; side++) {
+    const tsi_side *s = &boundary->side[side];
+    int ns = s->degree[0] + 1, nt = s->degree[1] + 1;
+    for (int e = 0; e < s->n_elements; e++) {
+      const double *box = s->box + 4 * (size_t)e;
+      double area = (box[1] - box[0]) * (box[3] - box[2]);
+      for (int k = s->function_start[e]; k < s->function_start[e + 1]; k++) {
+        const double *c = s->coefficient + (size_t)k * (size_t)(ns * nt);
+        double *row = centre + 3 * (6 * (size_t)s->function[k] + (size_t)side);
+        for (int i = 0; i < ns * nt; i++) {
+          double mass = c[i] * area;
+          row[0] += mass;
+          row[1] += mass * (box[0] + (box[1] - box[0]) * (i % ns) / fmax(ns - 1, 1));
+          row[2] += mass * (box[2] + (box[3] - box[2]) * (i / ns) / fmax(nt - 1, 1));
+        }
+      }
+    }
+  }
+}
+
+/* Cube coordinates of a surface function: on every side that it lives on its centre of mass, and on
+ * the isoline or corner where several meet. Returns the side with most of it. */
+static int anchor(const double *rows, double cube[3]) {
+  int best = -1;
+  double fixed[3] = {-1.0, -1.0, -1.0}, sum[3] = {0}, mass[3] = {0};
+  for (int side = 0; side < 6; side++) {
+    const double *row = rows + 3 * side;
+    if (!(row[0] > 0.0))
+      continue;
+    fixed[tsi_side_axis(side)] = side & 1;
+    sum[tsi_side_s(side)] += row[1];
+    mass[tsi_side_s(side)] += row[0];
+    sum[tsi_side_t(side)] += row[2];
+    mass[tsi_side_t(side)] += row[0];
+    if (best < 0 || row[0] > rows[3 * best])
+      best = side;
+  }
+  for (int a = 0; a < 3; a++)
+    cube[a] = fixed[a] >= 0.0 ? fixed[a] : sum[a] / mass[a];
+  return best;
+}
+
+/* P_i + (x below the anchor, at the Greville depth of M_R-) - (x at the anchor). */
+static void place_minus(const starter *st, int function, const double *rows, const double centre[3],
+                        double position[3]) {
+  const tsolid_tmesh *tmesh = st->space->tmesh;
+  double cube[3], u[3], below[3], at[3];
+  int side = anchor(rows, cube), axis = tsi_side_axis(side), knot = side & 1 ? -3 : 2;
+  memcpy(u, cube, sizeof u);
+  double r1 = tmesh->plane_value[axis][knot < 0 ? tmesh->n_planes[axis] + knot : knot];
+  double end = tmesh->plane_value[axis][side & 1 ? tmesh->n_planes[axis] - 1 : 0];
+  u[axis] = (r1 + 2.0 * end) / 3.0;
+  cross_to_part(st, u, below);
+  transfinite(st, cube, at);
+  const double *p = st->space->boundary->points + 4 * (size_t)function;
+  for (int c = 0; c < 3; c++)
+    position[c] = p[c] / p[3] + below[c] - at[c] - centre[c];
+}
+
+static int plant_trees(starter *st, const tsi_allocator *allocator) {
+  for (int side = 0; side < 6; side++) {
+    const tsi_side *s = &st->space->boundary->side[side];
+    double *box = tsi_new(allocator, (size_t)s->n_elements, 6 * sizeof *box);
+    for (int e = 0; box && e < s->n_elements; e++)
+      for (int i = 0; i < 4; i++)
+        box[6 * e + (i & 1) * 3 + i / 2] = s->box[4 * (size_t)e + (size_t)i];
+    st->tree[side] = box ? tsi_bvh_create(allocator, s->n_elements, box) : NULL;
+    tsi_delete(allocator, box);
+    if (!st->tree[side])
+      return 0;
+  }
+  return 1;
+}
+
+tsolid_status tsi_transfinite_start(tsolid_context *context, const tsolid_space *space,
+                                    const double centre[3], double *position) {
+  starter st = {.space = space};
+  tsolid_status status = TSOLID_OK;
+  double *rows = tsi_new(&context->allocator, (size_t)space->n_surface, 18 * sizeof *rows);
+  if (!rows || !plant_trees(&st, &context->allocator)) {
+    status = tsi_no_memory(context, STAGE);
+    goto done;
+  }
+  for (int a = 0; a < 3; a++) {
+    const double *r = space->tmesh->arm_height + 2 * a;
+    st.low[a] = r[0] / (1.0 + r[0] + r[1]);
+    st.high[a] = r[1] / (1.0 + r[0] + r[1]);
+  }
+  measure_lengths(&st);
+  for (int f = 0; f < space->n_inner; f++) {
+    double u[3], *x = position + 3 * (size_t)f;
+    greville(space->tmesh, &space->piece[space->piece_start[f]], u);
+    cross_to_part(&st, u, x);
+    for (int c = 0; c < 3; c++)
+      x[c] -= centre[c];
+  }
+  surface_centres(space->boundary, rows);
+  for (int i = 0; i < space->n_surface; i++)
+    place_minus(&st, i, rows + 18 * (size_t)i, centre,
+                position + 3 * ((size_t)space->n_inner + (size_t)i));
+done:
+  for (int side = 0; side < 6; side++)
+    tsi_bvh_free(st.tree[side]);
+  tsi_delete(&context->allocator, rows);
+  return status;
+}
