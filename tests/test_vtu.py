@@ -22,7 +22,8 @@ VTK_MAX_DEGREE = 10  # of VTK 9.1's own evaluation; the file may hold more
 
 
 def bernstein(degree, x):
-    return numpy.array([comb(degree, k) * x**k * (1 - x) ** (degree - k) for k in range(degree + 1)])
+    n = degree
+    return numpy.array([comb(n, k) * x**k * (1 - x) ** (n - k) for k in range(n + 1)])
 
 
 def bernstein_derivative(degree, x):
