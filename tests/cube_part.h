@@ -172,10 +172,14 @@ static inline double *cube_control(const tsolid_space *space, double noise) {
   size_t n_inner = (size_t)space->n_inner, n_surface = (size_t)space->n_surface;
   double *control = calloc(4 * (n_inner + 2 * n_surface), sizeof *control), centre[3] = {0, 0, 0};
   const double *input = space->boundary->points;
+  double size = 0.0;
   unsigned state = 7;
   for (size_t i = 0; i < 4 * n_surface; i++)
     if (i % 4 < 3)
       centre[i % 4] += input[i] / input[i - i % 4 + 3] / (double)n_surface;
+  for (size_t i = 0; i < 4 * n_surface; i++)
+    if (i % 4 < 3)
+      size = fmax(size, fabs(input[i] / input[i - i % 4 + 3] - centre[i % 4]));
   for (size_t f = 0; f < n_inner + n_surface; f++) {
     double point[3], u[3], w = 1.0;
     if (f < n_inner) {
@@ -190,7 +194,7 @@ static inline double *cube_control(const tsolid_space *space, double noise) {
     }
     w *= 1.0 + noise * cube_noise(&state);
     for (size_t d = 0; d < 3; d++)
-      control[4 * f + d] = w * (point[d] + noise * space->boundary->scale * cube_noise(&state));
+      control[4 * f + d] = w * (point[d] + noise * size * cube_noise(&state));
     control[4 * f + 3] = w;
   }
   memcpy(control + 4 * (n_inner + n_surface), input, 4 * n_surface * sizeof *control);
