@@ -581,6 +581,52 @@ static void test_bezier_refused(tsolid_context *context) {
   part_free(&p);
 }
 
+/* Bezier sides with one value spoilt: whatever is taken must pass the slow checker. */
+static void test_bezier_spoilt(tsolid_context *context) {
+  static const double nasty[8] = {0.0,   -1.0,   0.5,         1.0,
+                                  1e300, 1e-300, (double)NAN, (double)INFINITY};
+  part p = make_part(plain_axes, map_wavy, 1);
+  tsolid_boundary *boundary = create(context, &p, NULL);
+  int n_taken = 0, n_refused = 0;
+  for (int i = 0; i < 400; i++) {
+    bezier_copy c;
+    tsolid_boundary *made = NULL;
+    copy_bezier(boundary, 1, &c);
+    int side = random_below(6), n = c.view.side[side].n_elements, m = c.start[side][n];
+    double value = nasty[random_below(8)];
+    switch (i % 5) {
+    case 0:
+      c.points[random_below(4 * c.view.n_functions)] = value;
+      break;
+    case 1:
+      c.box[side][random_below(4 * n)] = value;
+      break;
+    case 2:
+      c.coefficient[side][random_below(m)] = value;
+      break;
+    case 3:
+      c.function[side][random_below(m)] = random_below(c.view.n_functions + 2) - 1;
+      break;
+    default:
+      c.start[side][random_below(n + 1)] -= 1 + random_below(m);
+    }
+    tsolid_context_clear(context);
+    tsolid_status status = create_bezier(context, &c.view, &made);
+    CHECK((status == TSOLID_OK) == (made != NULL));
+    if (made)
+      CHECK(tsi_boundary_validate(context, made) == TSOLID_OK);
+    else
+      CHECK(tsolid_context_n_findings(context) > 0);
+    n_taken += made != NULL;
+    n_refused += made == NULL;
+    tsolid_boundary_free(made);
+    free_copy(&c);
+  }
+  CHECK(n_taken > 10 && n_refused > 200);
+  tsolid_boundary_free(boundary);
+  part_free(&p);
+}
+
 /* ---- memory and cancel -------------------------------------------------------------------------
  */
 
@@ -609,8 +655,7 @@ static int cancel_at(void *data, const char *stage, double fraction) {
 }
 
 /* Fails the k-th request, k = 1, 2, ..., until nothing fails. */
-static void check_failing_memory(const tsolid_boundary_input *input,
-                                 const tsolid_boundary_options *options) {
+static void check_failing_memory(const tsolid_boundary_input *input) {
   for (long k = 1; k < 100000; k++) {
     counting c = {0, k, 0};
     tsolid_context_options context_options = {
@@ -619,7 +664,7 @@ static void check_failing_memory(const tsolid_boundary_input *input,
     tsolid_boundary *boundary = NULL;
     tsolid_status status = tsolid_context_create(&context_options, &context);
     if (!status)
-      status = tsolid_boundary_create(context, input, options, NULL, &boundary);
+      status = tsolid_boundary_create(context, input, NULL, NULL, &boundary);
     CHECK(status == TSOLID_OK || (status == TSOLID_ERROR_MEMORY && !boundary));
     tsolid_context_free(context);
     int survived = status == TSOLID_OK;
@@ -636,17 +681,16 @@ static void check_failing_memory(const tsolid_boundary_input *input,
 }
 
 static void test_memory(tsolid_context *context) {
-  static const tsolid_boundary_options options = {.refine_knots = 1, .raise_degree = 1};
   part mixed = make_mixed_part(1, 3e-12), grid = make_part(grid_axes, map_wavy, 1);
   tsolid_boundary_input input = {.n_patches = mixed.n, .patches = mixed.patch};
-  check_failing_memory(&input, &options);
+  check_failing_memory(&input);
   input = (tsolid_boundary_input){.n_patches = grid.n, .patches = grid.patch};
-  check_failing_memory(&input, NULL);
+  check_failing_memory(&input);
   tsolid_boundary *boundary = create(context, &grid, NULL);
   tsolid_bezier_boundary view;
   tsolid_boundary_view(boundary, &view);
   input = (tsolid_boundary_input){.bezier = &view};
-  check_failing_memory(&input, NULL);
+  check_failing_memory(&input);
   tsolid_boundary_free(boundary);
   part_free(&mixed);
   part_free(&grid);
@@ -690,6 +734,7 @@ int main(void) {
   test_bezier(context);
   test_validate(context);
   test_bezier_refused(context);
+  test_bezier_spoilt(context);
   test_memory(context);
   test_cancel();
   tsolid_context_free(context);

@@ -6,6 +6,8 @@
 
 static const char stage[] = "boundary";
 
+static const double default_tolerance = 1e-7;
+
 /* ---- the handle -------------------------------------------------------------------------------
  */
 
@@ -402,12 +404,17 @@ static tsolid_status create_from_patches(tsolid_context *context, tsi_arena *are
     status = tsi_progress(context, stage, 0.3);
   if (!status)
     status = place_patches(context, arena, &cube, patch, facet, input->n_patches, &shell);
+  int n_findings = context->n_findings;
   if (!status)
     status = tsi_shell_unify(context, arena, &shell, options, &preparation);
   if (!status)
     status = tsi_shell_match_weights(context, arena, &shell, &preparation);
   if (!status)
     status = tsi_shell_snap(context, arena, &shell, &preparation);
+  if (status && requirement->satisfied) { /* borders matched, but not point by point */
+    requirement->satisfied = 0;
+    requirement->n_violations += context->n_findings - n_findings;
+  }
   if (!status)
     status = tsi_progress(context, stage, 0.6);
   if (!status)
@@ -479,7 +486,8 @@ tsolid_status tsolid_boundary_create(tsolid_context *context, const tsolid_bound
   status = tsi_progress(context, stage, 0.0);
   if (status)
     goto done;
-  double tolerance = options->tolerance > 0.0 ? options->tolerance : tsi_default_tolerance;
+  found.n_patches = input->bezier ? 6 : input->n_patches;
+  double tolerance = options->tolerance > 0.0 ? options->tolerance : default_tolerance;
   if (input->bezier)
     status = create_from_bezier(context, &arena, input, tolerance, &found, &made);
   else

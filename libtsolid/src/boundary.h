@@ -10,8 +10,6 @@
 #include "cube.h"
 #include "patch.h"
 
-static const double tsi_default_tolerance = 1e-7;
-
 /* Sides in canonical position; functions still numbered anyhow. All arrays the arena's. */
 typedef struct tsi_draft {
   int n_functions;

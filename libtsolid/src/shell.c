@@ -172,61 +172,65 @@ static tsolid_status refuse_belt(tsolid_context *context, const tsi_shell *shell
                     tsi_name_patch(shell->facet[k].name, k, name), why);
 }
 
+/* Refines every patch of the belt to the knots `to` at `degree`, and counts what that took: of
+ * the knots only the first n_united, before spans were halved. */
+static tsolid_status refine_belt(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
+                                 const belt *b, int degree, int belt_degree, int n_united, int n_to,
+                                 const double *to, tsolid_preparation *preparation) {
+  for (int k = 0; k < b->n; k++) {
+    tsi_patch *patch = &shell->patch[b->patch[k]];
+    int a = b->along[k], raise = degree - patch->degree[a], n_knots = n_knots_of(patch, a);
+    if ((double)patch->n[1 - a] * n_to > TSI_MAX_COUNT / 16)
+      return refuse_belt(context, shell, b, "they need too many control points together");
+    int n_distinct = 0;
+    for (int i = 0; i < n_knots; i += count_equal(n_knots, patch->knots[a], i))
+      n_distinct++;
+    preparation->n_knots_inserted += n_united - (n_knots + raise * n_distinct);
+    preparation->n_degrees_raised += patch->degree[a] < belt_degree;
+    if (!tsi_patch_refine(arena, patch, a, raise, n_to - degree - 1, to))
+      return tsi_no_memory(context, stage);
+  }
+  return TSOLID_OK;
+}
+
 static tsolid_status unify_belt(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                                 const belt *b, const tsolid_boundary_options *options,
                                 tsolid_preparation *preparation) {
-  int agrees = belt_agrees(shell, b), degree = 0, total = 0;
+  int agrees = belt_agrees(shell, b), belt_degree = 0;
   if (agrees && !options->refine_knots && !options->raise_degree)
     return TSOLID_OK;
   tsolid_status status = agrees ? TSOLID_OK : merge_knots(context, arena, shell, b, preparation);
   if (status)
     return status;
   for (int k = 0; k < b->n; k++) {
-    const tsi_patch *patch = &shell->patch[b->patch[k]];
-    int d = patch->degree[b->along[k]];
-    degree = d > degree ? d : degree;
+    int d = shell->patch[b->patch[k]].degree[b->along[k]];
+    belt_degree = d > belt_degree ? d : belt_degree;
   }
-  int belt_degree = degree;
-  degree += options->raise_degree;
+  int degree = belt_degree + options->raise_degree;
   if (degree > TSI_MAX_DEGREE)
     return refuse_belt(context, shell, b, "the degree would rise above 25");
-  double room = 0.0;
+  double room = 1.0;
   for (int k = 0; k < b->n; k++) {
     const tsi_patch *patch = &shell->patch[b->patch[k]];
     int a = b->along[k];
     room += (double)n_knots_of(patch, a) * (degree + 1 - patch->degree[a]);
   }
-  room = (room + 1.0) * (double)(1 << options->refine_knots);
+  room *= (double)(1 << options->refine_knots);
   if (room > TSI_MAX_COUNT / 16)
     return refuse_belt(context, shell, b, "they need too many knots together");
-  int capacity = (int)room;
-  double *to = tsi_arena_new(arena, (size_t)capacity, sizeof *to);
-  double *work = tsi_arena_new(arena, (size_t)capacity, sizeof *work);
+  double *to = tsi_arena_new(arena, (size_t)room, sizeof *to);
+  double *work = tsi_arena_new(arena, (size_t)room, sizeof *work);
   int *cursor = tsi_arena_new(arena, (size_t)b->n, sizeof *cursor);
   if (!to || !work || !cursor)
     return tsi_no_memory(context, stage);
-  total = unite_knots(shell, b, degree, capacity, to, cursor);
-  for (int i = degree + 1; i < total - degree - 1; i++)
-    if (count_equal(total, to, i) > degree)
+  int n_united = unite_knots(shell, b, degree, (int)room, to, cursor);
+  for (int i = degree + 1; i < n_united - degree - 1; i++)
+    if (count_equal(n_united, to, i) > degree)
       return refuse_belt(context, shell, b,
                          "knots closer than 1e-11 of the range would tear the surface as one");
-  int n_united = total;
-  total = halve_spans(total, to, options->refine_knots, work);
-  for (int k = 0; k < b->n; k++) {
-    tsi_patch *patch = &shell->patch[b->patch[k]];
-    int a = b->along[k], raise = degree - patch->degree[a];
-    if ((double)patch->n[1 - a] * total > TSI_MAX_COUNT / 16)
-      return refuse_belt(context, shell, b, "they need too many control points together");
-    int n_distinct = 0;
-    for (int i = 0; i < n_knots_of(patch, a);
-         i += count_equal(n_knots_of(patch, a), patch->knots[a], i))
-      n_distinct++;
-    preparation->n_knots_inserted += n_united - (n_knots_of(patch, a) + raise * n_distinct);
-    preparation->n_degrees_raised += patch->degree[a] < belt_degree;
-    if (!tsi_patch_refine(arena, patch, a, raise, total - degree - 1, to))
-      return tsi_no_memory(context, stage);
-  }
-  return TSOLID_OK;
+  int n_to = halve_spans(n_united, to, options->refine_knots, work);
+  return refine_belt(context, arena, shell, b, degree, belt_degree, n_united, n_to, to,
+                     preparation);
 }
 
 tsolid_status tsi_shell_unify(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
