@@ -3,7 +3,7 @@
  * preparation; Bezier sides; the slow checker. Refusals: test_refusal.c. */
 #include "check.h"
 #include "internal.h"
-#include "parts.h"
+#include "boundary_parts.h"
 
 static const axis_spec plain_axes[3] = {
     {1, {{3, 3, {0.25, 0.3, 0.7}}}}, {1, {{2, 1, {0.4}}}}, {1, {{4, 4, {0.2, 0.5, 0.5, 0.9}}}}};

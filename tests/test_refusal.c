@@ -2,7 +2,7 @@
  * Parts that must be refused, each with its reason, its place and the user's own names. */
 #include "check.h"
 #include "internal.h"
-#include "parts.h"
+#include "boundary_parts.h"
 
 static tsolid_context *context;
 static tsolid_requirement requirement;
