@@ -49,14 +49,14 @@ static size_t count_points(const int degree[3]) {
   return (size_t)(degree[0] + 1) * (size_t)(degree[1] + 1) * (size_t)(degree[2] + 1);
 }
 
-/* Scaled Jacobian at one point from rows h[0] = (X, W) and h[1..3], its derivatives. With x = X/W,
+/* Scaled Jacobian at one point from (X, W) and its three derivatives, rows of 4. With x = X/W,
  * x_d = (X_d - x W_d) / W; the factors 1/W cancel, W > 0. */
-static double scaled_jacobian(double h[4][4]) {
+static double scaled_jacobian(const double h[16]) {
   double d[3][3], length = 1;
   for (int a = 0; a < 3; a++) {
     double square = 0;
     for (int c = 0; c < 3; c++) {
-      d[a][c] = h[a + 1][c] - h[0][c] / h[0][3] * h[a + 1][3];
+      d[a][c] = h[4 * a + 4 + c] - h[c] / h[3] * h[4 * a + 7];
       square += d[a][c] * d[a][c];
     }
     length *= sqrt(square);
@@ -67,39 +67,41 @@ static double scaled_jacobian(double h[4][4]) {
   return length > 0 ? determinant / length : 0;
 }
 
-/* value[a][x]: Bernstein values and derivatives in direction a at x / (GRID - 1). */
-typedef struct grid_values {
-  double value[3][GRID][2 * TSI_MAX_ORDER];
-} grid_values;
-
-static double jacobian_at(const int degree[3], const double *net,
-                          double value[3][GRID][2 * TSI_MAX_ORDER], const int x[3]) {
-  double h[4][4] = {{0}};
-  const double *row = net;
-  for (int k = 0; k <= degree[2]; k++)
-    for (int j = 0; j <= degree[1]; j++)
-      for (int i = 0; i <= degree[0]; i++, row += 4) {
-        const double *a = &value[0][x[0]][i], *b = &value[1][x[1]][j], *c = &value[2][x[2]][k];
-        int n0 = degree[0] + 1, n1 = degree[1] + 1, n2 = degree[2] + 1;
-        double factor[4] = {a[0] * b[0] * c[0], a[n0] * b[0] * c[0], a[0] * b[n1] * c[0],
-                            a[0] * b[0] * c[n2]};
-        for (int d = 0; d < 4; d++)
-          for (int m = 0; m < 4; m++)
-            h[d][m] += factor[d] * row[m];
-      }
-  return scaled_jacobian(h);
+/* Adds n numbers times a Bernstein value and, behind them, the first 4 times its derivative. */
+static void add_derivatives(double value, double slope, int n, const double *from, double *to) {
+  for (int m = 0; m < n; m++)
+    to[m] += value * from[m];
+  for (int m = 0; m < 4; m++)
+    to[n + m] += slope * from[m];
 }
 
-/* The worst on a GRID^3 grid, borders included. */
-static double worst_jacobian(const int degree[3], const double *net) {
-  grid_values grid;
-  double worst = 2;
+/* The worst on a GRID^3 grid, borders included. Sums go direction by direction: a point carries
+ * (X, W) and then its derivatives in the directions that are already done, 4 numbers each. */
+static double worst_jacobian(const int degree[3], const double *net, double *plane) {
+  double value[3][GRID][2 * TSI_MAX_ORDER], worst = 2;
+  int n0 = degree[0] + 1, n1 = degree[1] + 1, n2 = degree[2] + 1;
   for (int a = 0; a < 3; a++)
     for (int x = 0; x < GRID; x++)
-      tsi_bernstein_derivatives(degree[a], x / (double)(GRID - 1), 1, grid.value[a][x]);
-  for (int x = 0; x < GRID * GRID * GRID; x++) {
-    int at[3] = {x % GRID, x / GRID % GRID, x / GRID / GRID};
-    worst = fmin(worst, jacobian_at(degree, net, grid.value, at));
+      tsi_bernstein_derivatives(degree[a], x / (double)(GRID - 1), 1, value[a][x]);
+  for (int x = 0; x < GRID; x++) {
+    memset(plane, 0, 8 * (size_t)(n1 * n2) * sizeof *plane);
+    for (int jk = 0; jk < n1 * n2; jk++)
+      for (int i = 0; i < n0; i++)
+        add_derivatives(value[0][x][i], value[0][x][n0 + i], 4, net + 4 * (jk * n0 + i),
+                        plane + 8 * jk);
+    for (int y = 0; y < GRID; y++) {
+      double line[TSI_MAX_ORDER][12] = {{0}};
+      for (int k = 0; k < n2; k++)
+        for (int j = 0; j < n1; j++)
+          add_derivatives(value[1][y][j], value[1][y][n1 + j], 8, plane + 8 * (k * n1 + j),
+                          line[k]);
+      for (int z = 0; z < GRID; z++) {
+        double point[16] = {0};
+        for (int k = 0; k < n2; k++)
+          add_derivatives(value[2][z][k], value[2][z][n2 + k], 12, line[k], point);
+        worst = fmin(worst, scaled_jacobian(point));
+      }
+    }
   }
   return worst;
 }
@@ -112,6 +114,7 @@ typedef struct writer {
   const tsolid_solid *solid;
   double *net; /* scratch: one element, and reordered */
   double *reordered;
+  double *plane;
   unsigned char pending[3];
   int n_pending;
 } writer;
@@ -217,7 +220,7 @@ static void put_cell(writer *w, array_id id, int element, uint64_t first, uint64
     break;
   case ARRAY_JACOBIAN:
     tsi_element_net(w->solid->space, w->solid->control, 4, element, w->net);
-    put_double(w, worst_jacobian(e->degree, w->net));
+    put_double(w, worst_jacobian(e->degree, w->net, w->plane));
     break;
   case ARRAY_CONNECTIVITY:
     for (uint64_t k = 0; k < n; k++)
@@ -326,7 +329,8 @@ tsolid_status tsolid_write_vtu(tsolid_context *context, const tsolid_solid *soli
   }
   w.net = tsi_arena_new(&arena, n_max, 4 * sizeof *w.net);
   w.reordered = tsi_arena_new(&arena, n_max, 4 * sizeof *w.reordered);
-  if (!w.net || !w.reordered) {
+  w.plane = tsi_arena_new(&arena, n_max, 4 * sizeof *w.plane); /* twice a net without one degree */
+  if (!w.net || !w.reordered || !w.plane) {
     status = tsi_no_memory(context, stage);
     goto done;
   }
