@@ -476,6 +476,9 @@ class CertifyElement(unittest.TestCase):
             bad = [list(p) for p in points]
             bad[5][3] = weight
             self.assertEqual(LIBRARY.certify(degree, bad).verdict, NOT_POSITIVE)
+        inner = element((2, 1, 1), noise(random.Random(0), (2, 1, 1)), 0.0)
+        inner[1] = [c * -0.01 for c in inner[1]]  # W > 0 still: what is not shown is not assumed
+        self.assertEqual(LIBRARY.certify((2, 1, 1), inner).verdict, NOT_POSITIVE)
         self.assertEqual(LIBRARY.status((0, 1, 1), points)[0], 2)
         self.assertEqual(LIBRARY.status((26, 1, 1), points)[0], 2)
         self.assertEqual(LIBRARY.status(degree, points, -1)[0], 2)
