@@ -239,6 +239,39 @@ static void test_given_differently(tsolid_context *context) {
   }
 }
 
+/* Where nothing needs preparation control points and knots come through bit for bit. */
+static void test_untouched(tsolid_context *context) {
+  part p = make_part(grid_axes, map_wavy, 0), plain = make_part(plain_axes, map_wavy, 0);
+  for (int round = 0; round < 2; round++) {
+    const part *from = round ? &plain : &p;
+    tsolid_boundary *boundary = create(context, from, NULL);
+    for (int f = 0; boundary && f < boundary->n_functions; f++) {
+      const double *h = boundary->points + 4 * f;
+      int found = 0;
+      for (int k = 0; k < from->n && !found; k++)
+        for (int i = 0; i < from->patch[k].n_control[0] * from->patch[k].n_control[1]; i++)
+          found |= memcmp(h, from->patch[k].points + 3 * i, 3 * sizeof(double)) == 0;
+      CHECK(found && h[3] == 1.0);
+    }
+    tsolid_boundary_free(boundary);
+  }
+  tsolid_boundary *boundary = create(context, &plain, NULL);
+  for (int side = 0; boundary && side < 6; side++)
+    for (int i = 0; i < 4 * boundary->side[side].n_elements; i++) {
+      double x = boundary->side[side].box[i];
+      int found = x == 0.0 || x == 1.0;
+      for (int a = 0; a < 3; a++)
+        for (int k = 0; k < plain_axes[a].strip[0].n_inner; k++) {
+          double knot = 1.0 - plain_axes[a].strip[0].inner[k];
+          found |= x == knot || x == 1.0 - knot;
+        }
+      CHECK(found);
+    }
+  tsolid_boundary_free(boundary);
+  part_free(&p);
+  part_free(&plain);
+}
+
 /* A box has many equal coordinates: the choice of corner and axes must not waver. */
 static void test_symmetric(tsolid_context *context) {
   static const axis_spec axes[3] = {{1, {{1, 0, {0}}}}, {1, {{1, 0, {0}}}}, {1, {{1, 0, {0}}}}};
@@ -726,6 +759,7 @@ static void test_cancel(void) {
 int main(void) {
   tsolid_context *context = new_context();
   test_given_differently(context);
+  test_untouched(context);
   test_symmetric(context);
   test_mixed(context);
   test_options(context);

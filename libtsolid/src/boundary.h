@@ -41,13 +41,13 @@ tsolid_status tsi_shell_snap(tsolid_context *context, tsi_arena *arena, tsi_shel
 tsolid_status tsi_shell_draft(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                               tsi_draft *draft);
 
-/* Facets of six Bezier sides, which have passed tsi_draft_check; and the sides moved to their
- * places. */
+/* Checks six Bezier sides, finds the cube in them and moves them to their places. */
 tsolid_status tsi_draft_from_bezier(tsolid_context *context, tsi_arena *arena,
                                     const tsolid_bezier_boundary *input, double tolerance,
                                     tsolid_requirement *requirement, tsi_draft *draft);
 
-/* Every invariant of a draft or boundary; see tsi_boundary_validate. */
+/* Every invariant of sides; see tsi_boundary_validate. Isolines only make sense in canonical
+ * position. */
 tsolid_status tsi_sides_check(tsolid_context *context, int n_functions, const double *points,
                               const tsi_side side[6], int with_isolines);
 
