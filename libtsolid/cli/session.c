@@ -12,6 +12,7 @@
 #include "cli.h"
 
 static volatile sig_atomic_t caught_signal;
+static int n_errors; /* that were told */
 
 static struct {
   int on_terminal, percent;
@@ -61,6 +62,7 @@ tsolid_context *cli_open(int n_threads) {
 int cli_error(const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
+  n_errors++;
   clear_progress();
   fputs("error: ", stderr);
   vfprintf(stderr, format, arguments);
@@ -79,16 +81,14 @@ static void print_line(const char *text) {
   fputc('\n', stderr);
 }
 
-static int print_findings(const tsolid_context *context) {
+static void print_findings(const tsolid_context *context) {
   static const char *const severity[] = {"note: ", "warning: ", "error: "};
-  int n_errors = 0;
   for (int k = 0; k < tsolid_context_n_findings(context); k++) {
     const tsolid_finding *finding = tsolid_context_finding(context, k);
     n_errors += finding->severity == TSOLID_ERROR;
     fputs(severity[finding->severity], stderr);
     print_line(finding->text);
   }
-  return n_errors;
 }
 
 static const char *status_text(tsolid_status status) {
@@ -114,7 +114,7 @@ static const char *status_text(tsolid_status status) {
 
 int cli_close(tsolid_context *context, tsolid_status status, int code) {
   clear_progress();
-  int n_errors = print_findings(context);
+  print_findings(context);
   tsolid_context_free(context);
   if (status == TSOLID_ERROR_CANCELLED && cli_interrupted())
     return 128 + (int)caught_signal;

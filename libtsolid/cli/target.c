@@ -32,43 +32,49 @@ static int check_existing(cli_target *target, const struct stat *about, const ch
     return fail(target, "it is the input");
   if (access(target->path, W_OK) != 0)
     return fail(target, strerror(errno));
-  if (realpath(target->path, resolved))
-    snprintf(target->target, CLI_PATH_SIZE, "%s", resolved);
+  if (!realpath(target->path, resolved))
+    return fail(target, strerror(errno));
+  snprintf(target->target, CLI_PATH_SIZE, "%s", resolved);
   return 1;
 }
 
-static int check_directory(const cli_target *target) {
-  char directory[CLI_PATH_SIZE];
-  snprintf(directory, sizeof directory, "%s", target->target);
-  char *slash = strrchr(directory, '/');
-  if (slash)
-    slash[slash == directory] = 0;
-  else
-    snprintf(directory, sizeof directory, ".");
-  return access(directory, W_OK | X_OK) == 0 || fail(target, strerror(errno));
+/* A new target: its directory must take it, and gets one name however it was spelt. */
+static int check_directory(cli_target *target) {
+  char directory[PATH_MAX], resolved[PATH_MAX];
+  const char *path = target->path, *slash = strrchr(path, '/');
+  const char *name = slash ? slash + 1 : path;
+  size_t length = slash ? (size_t)(name - path) : 1;
+  memcpy(directory, slash ? path : ".", length);
+  directory[length] = 0;
+  if (!realpath(directory, resolved) || access(resolved, W_OK | X_OK) != 0)
+    return fail(target, strerror(errno));
+  size_t n = strlen(resolved), m = strlen(name) + 1;
+  if (n + 1 + m > PATH_MAX)
+    return fail(target, strerror(ENAMETOOLONG));
+  memcpy(target->target, resolved, n);
+  target->target[n] = '/';
+  memcpy(target->target + n + 1, name, m);
+  return 1;
 }
 
 int cli_target_open(cli_target *target, const char *path, const char *input) {
   struct stat about;
   target->path = path;
   target->staged[0] = 0;
-  size_t length = strlen(path);
-  if (length >= PATH_MAX)
+  if (strlen(path) >= PATH_MAX)
     return fail(target, strerror(ENAMETOOLONG));
-  memcpy(target->target, path, length + 1);
   if (stat(path, &about) == 0) {
     if (!check_existing(target, &about, input))
       return 0;
   } else if (errno != ENOENT) {
     return fail(target, strerror(errno));
-  }
-  if (!check_directory(target))
+  } else if (!check_directory(target)) {
     return 0;
+  }
   snprintf(target->staged, CLI_PATH_SIZE, "%.4096s.%ld.new", target->target, (long)getpid());
   return 1;
 }
 
-/* Where neither exists yet, by their names. */
 int cli_same_target(const cli_target *a, const cli_target *b) {
   struct stat about;
   int same = strcmp(a->target, b->target) == 0 ||
