@@ -91,12 +91,15 @@ tsolid_status tsolid_context_create(const tsolid_context_options *options,
   return TSOLID_OK;
 }
 
-void tsolid_context_clear(tsolid_context *context) {
-  if (!context)
-    return;
-  for (int i = 0; i < context->n_findings; i++)
+void tsi_findings_truncate(tsolid_context *context, int n) {
+  for (int i = n; i < context->n_findings; i++)
     tsi_delete(&context->allocator, (void *)(uintptr_t)context->finding[i].text);
-  context->n_findings = 0;
+  context->n_findings = n;
+}
+
+void tsolid_context_clear(tsolid_context *context) {
+  if (context)
+    tsi_findings_truncate(context, 0);
 }
 
 void tsolid_context_free(tsolid_context *context) {

@@ -62,6 +62,8 @@ tsolid_status tsi_fail(tsolid_context *context, tsolid_status status, const char
 tsolid_status tsi_report(tsolid_context *context, const tsolid_finding *finding, const char *format,
                          ...) TSI_PRINTF(3, 4);
 tsolid_finding tsi_finding(tsolid_severity severity, tsolid_status status, const char *stage);
+/* Forgets all findings but the first n. */
+void tsi_findings_truncate(tsolid_context *context, int n);
 tsolid_status tsi_no_memory(tsolid_context *context, const char *stage);
 
 /* TSOLID_OK, or TSOLID_ERROR_CANCELLED (with its finding) when the callback asks to stop. */

@@ -6,7 +6,7 @@
  * block per direction times its share: plates of 1:100 are ordinary parts), D = det F and
  *   chi(D) = (D + sqrt(eps^2 + D^2)) / 2,
  * the density is a sum of
- *   shape   |F|^2 / (3 chi^(2/3)) + theta (D^2 + 1) / chi
+ *   shape   ((|F|^2 / 3)^(3/2) + theta (D^2 + 1)) / chi
  *   angle   (|F_0| |F_1| |F_2| / chi)^p, the p-th power of the inverse scaled Jacobian,
  * finite on inverted elements for eps > 0 and a barrier at D -> 0+ for eps -> 0.
  *
@@ -21,19 +21,26 @@
 
 static const char *const STAGE = "optimise";
 
-enum { HISTORY = 12, UNTANGLE_ROUNDS = 12, UNTANGLE_STEPS = 30, MAX_POWER = 32, ALL_UP_TO = 4 };
+enum {
+  HISTORY = 12,
+  UNTANGLE_ROUNDS = 12,
+  UNTANGLE_STEPS = 30,
+  FIRST_POWER = 2,
+  MAX_POWER = 32,
+  PROOF_ROUNDS = 4,
+  PROOF_DEPTH = 6
+};
 
 static const double THETA = 0.1;       /* weight of size against shape while untangling */
 static const double SHAPE_KEPT = 0.01; /* what stays of shape while the worst place is raised */
 static const double FIRST_EPSILON = 0.3, EPSILON_FALL = 0.3, LAST_EPSILON = 1e-4;
-static const double NEGLIGIBLE = 1e-4; /* share of the worst element's energy */
 
 /* What an effort aims at: when the worst place is that share of the input's own bound it is good
  * enough; steps per power. */
 static const struct {
   double goal;
   int steps;
-} EFFORT[4] = {{0.9, 40}, {0.0, 0}, {0.5, 20}, {0.99, 120}};
+} EFFORT[4] = {{0.9, 40}, {0.0, 0}, {0.5, 20}, {0.98, 120}};
 
 /* ---- densities
  * ------------------------------------------------------------------------------------------- */
@@ -45,6 +52,9 @@ typedef struct barrier {
   int power;
 } barrier;
 
+/* Keeps quotients finite where an edge or chi is zero. */
+static const double TINY = 1e-150, HUGE_RATIO = 1e9;
+
 static double integer_power(double x, int n) {
   double y = 1.0;
   for (; n > 0; n >>= 1, x *= x)
@@ -53,53 +63,85 @@ static double integer_power(double x, int n) {
   return y;
 }
 
-/* Energy of one point and its gradient in F (columns f[a], rows of 3). */
-static double point_energy(const barrier *b, double f[3][3], double g[3][3]) {
-  double cofactor[3][3], length2[3];
-  for (int a = 0; a < 3; a++) {
-    const double *u = f[(a + 1) % 3], *v = f[(a + 2) % 3];
-    cofactor[a][0] = u[1] * v[2] - u[2] * v[1];
-    cofactor[a][1] = u[2] * v[0] - u[0] * v[2];
-    cofactor[a][2] = u[0] * v[1] - u[1] * v[0];
-    length2[a] = f[a][0] * f[a][0] + f[a][1] * f[a][1] + f[a][2] * f[a][2];
+enum { BATCH = 64 };
+
+/* h^power per point. */
+static void raise_to_power(int n, int power, const double *h, double *out) {
+  double base[BATCH];
+  for (int q = 0; q < n; q++) {
+    base[q] = h[q];
+    out[q] = 1.0;
   }
-  double d = f[0][0] * cofactor[0][0] + f[0][1] * cofactor[0][1] + f[0][2] * cofactor[0][2];
-  double root = sqrt(b->epsilon * b->epsilon + d * d);
-  double chi = d >= 0.0 ? 0.5 * (d + root) : 0.5 * b->epsilon * b->epsilon / (root - d);
-  chi = fmax(chi, 1e-300);
-  double slope = chi / root; /* d chi / d D */
-  double trace = length2[0] + length2[1] + length2[2], third = cbrt(chi);
-  double shape = b->shape * trace / (3.0 * third * third);
-  double size = b->shape * b->theta * (d * d + 1.0) / chi;
-  double lengths = sqrt(length2[0] * length2[1] * length2[2]);
-  double angle = b->angle * integer_power(lengths / chi, b->power);
-  double by_chi = -(2.0 / 3.0 * shape + size + b->power * angle) / chi;
-  double by_d = by_chi * slope + 2.0 * b->shape * b->theta * d / chi;
-  for (int a = 0; a < 3; a++) {
-    double by_f =
-        2.0 * b->shape / (3.0 * third * third) + b->power * angle / fmax(length2[a], 1e-300);
-    for (int c = 0; c < 3; c++)
-      g[a][c] = by_f * f[a][c] + by_d * cofactor[a][c];
+  for (; power > 0; power >>= 1)
+    for (int q = 0; q < n; q++) {
+      if (power & 1)
+        out[q] *= base[q];
+      base[q] *= base[q];
+    }
+}
+
+/* One batch of n <= BATCH points: f[3a + c] = F_ca, replaced by d energy / d F; returns the sum of
+ * weight * energy. Loops over points are kept plain so that they vectorise. */
+static double batch_energy(const barrier *b, int n, const double *weight, double f[9][BATCH]) {
+  double cofactor[9][BATCH], length2[3][BATCH], d[BATCH], chi[BATCH], h[BATCH], angle[BATCH];
+  double shape[BATCH], by_d[BATCH], by_shape[BATCH], eps2 = b->epsilon * b->epsilon, sum = 0.0;
+  for (int a = 0; a < 3; a++)
+    for (int c = 0; c < 3; c++) {
+      const double *u1 = f[3 * ((a + 1) % 3) + (c + 1) % 3],
+                   *v2 = f[3 * ((a + 2) % 3) + (c + 2) % 3];
+      const double *u2 = f[3 * ((a + 1) % 3) + (c + 2) % 3],
+                   *v1 = f[3 * ((a + 2) % 3) + (c + 1) % 3];
+      for (int q = 0; q < n; q++)
+        cofactor[3 * a + c][q] = u1[q] * v2[q] - u2[q] * v1[q];
+    }
+  for (int a = 0; a < 3; a++)
+    for (int q = 0; q < n; q++)
+      length2[a][q] = f[3 * a][q] * f[3 * a][q] + f[3 * a + 1][q] * f[3 * a + 1][q] +
+                      f[3 * a + 2][q] * f[3 * a + 2][q] + TINY;
+  for (int q = 0; q < n; q++) {
+    d[q] = f[0][q] * cofactor[0][q] + f[1][q] * cofactor[1][q] + f[2][q] * cofactor[2][q];
+    double root = sqrt(eps2 + d[q] * d[q]), size = d[q] < 0.0 ? -d[q] : d[q];
+    double small = 0.5 * eps2 / (root + size), large = 0.5 * (root + size);
+    chi[q] = (d[q] < 0.0 ? small : large) + TINY;
+    h[q] = sqrt(length2[0][q] * length2[1][q] * length2[2][q]) / chi[q];
+    double mean = (length2[0][q] + length2[1][q] + length2[2][q]) / 3.0, edge = sqrt(mean);
+    double volume = b->theta * (d[q] * d[q] + 1.0);
+    by_shape[q] = b->shape * edge / chi[q];
+    shape[q] = b->shape * (mean * edge + volume) / chi[q];
+    by_d[q] = (2.0 * b->shape * b->theta * d[q] - shape[q] * chi[q] / root) / chi[q];
+    h[q] = h[q] < HUGE_RATIO ? h[q] : HUGE_RATIO;
+    d[q] = 1.0 / root; /* d chi / d D = chi / root */
   }
-  return shape + size + angle;
+  raise_to_power(n, b->power, h, angle);
+  for (int q = 0; q < n; q++) {
+    angle[q] *= b->angle;
+    sum += weight[q] * (shape[q] + angle[q]);
+    by_d[q] -= b->power * angle[q] * d[q];
+  }
+  for (int i = 0; i < 9; i++)
+    for (int q = 0; q < n; q++)
+      f[i][q] = weight[q] * ((by_shape[q] + b->power * angle[q] / length2[i / 3][q]) * f[i][q] +
+                             by_d[q] * cofactor[i][q]);
+  return sum;
 }
 
 static void barrier_density(const void *data, int element, int n, int stride, const double *weight,
                             const double *j, double *energy, double *g) {
   const barrier *b = data;
   const double *tau = b->target[element];
-  double sum = 0.0, inverse[3] = {1.0 / tau[0], 1.0 / tau[1], 1.0 / tau[2]};
-  for (int q = 0; q < n; q++) {
-    double f[3][3], df[3][3], w = weight[q] * b->scale[element];
-    for (int c = 0; c < 3; c++)
-      for (int a = 0; a < 3; a++)
-        f[a][c] = j[(ptrdiff_t)(3 * c + a) * stride + q] * inverse[a];
-    sum += w * point_energy(b, f, df);
-    for (int c = 0; c < 3; c++)
-      for (int a = 0; a < 3; a++)
-        g[(ptrdiff_t)(3 * c + a) * stride + q] = w * df[a][c] * inverse[a];
+  double f[9][BATCH], w[BATCH];
+  for (int first = 0; first < n; first += BATCH) {
+    int m = n - first < BATCH ? n - first : BATCH;
+    for (int q = 0; q < m; q++)
+      w[q] = weight[first + q] * b->scale[element];
+    for (int i = 0; i < 9; i++)
+      for (int q = 0; q < m; q++)
+        f[i][q] = j[(ptrdiff_t)(3 * (i % 3) + i / 3) * stride + first + q] / tau[i / 3];
+    *energy += batch_energy(b, m, w, f);
+    for (int i = 0; i < 9; i++)
+      for (int q = 0; q < m; q++)
+        g[(ptrdiff_t)(3 * (i % 3) + i / 3) * stride + first + q] = f[i][q] / tau[i / 3];
   }
-  *energy += sum;
 }
 
 /* "Energy" of an element: its smallest scaled Jacobian. */
@@ -134,7 +176,6 @@ typedef struct optimiser {
   double *position, *best, *gradient, *element_worst, *diagonal;
   double (*target)[3];
   double *scale;
-  unsigned char *active; /* elements that count now */
   double best_worst;
   barrier barrier;
   tsolid_status status;
@@ -198,8 +239,7 @@ static lbfgsfloatval_t evaluate(void *data, const lbfgsfloatval_t *x, lbfgsfloat
   (void)step;
   for (int i = 0; i < n; i++)
     o->position[i] = x[i] * o->diagonal[i / 3];
-  tsi_kernel_energy(o->inside, o->position, barrier_density, &o->barrier, o->active, &energy, g,
-                    NULL);
+  tsi_kernel_energy(o->inside, o->position, barrier_density, &o->barrier, NULL, &energy, g, NULL);
   for (int i = 0; i < n; i++)
     g[i] *= o->diagonal[i / 3];
   o->evaluations++;
@@ -225,7 +265,7 @@ static tsolid_status descend(optimiser *o, int max_steps) {
   parameter.max_linesearch = 30;
   parameter.epsilon = 1e-9;
   parameter.past = 5; /* stop when five steps gain less than delta */
-  parameter.delta = 1e-4;
+  parameter.delta = 1e-3;
   lbfgsfloatval_t *x = lbfgs_malloc(n), fx;
   if (!x)
     return tsi_no_memory(o->context, STAGE);
@@ -269,34 +309,27 @@ static tsolid_status untangle(optimiser *o) {
   return status;
 }
 
-/* Leaves out elements whose energy cannot matter: their dofs rest unless a bad element moves them.
- */
-static void choose_active(optimiser *o, int power) {
-  double limit = INFINITY;
-  if (power > ALL_UP_TO)
-    limit = fmax(o->best_worst, 0.0) * pow(NEGLIGIBLE, -1.0 / power);
-  (void)worst_of(o, o->position);
-  for (int e = 0; e < o->space->n_elements; e++)
-    o->active[e] = !(o->element_worst[e] > limit);
+/* The power of the inverse scaled Jacobian alone, every element with its own weight. */
+static tsolid_status raise_power(optimiser *o, int power, int steps) {
+  o->barrier.epsilon = 1e-3;
+  o->barrier.shape = SHAPE_KEPT;
+  o->barrier.power = power;
+  o->barrier.angle = integer_power(fmax(o->best_worst, 0.01), power);
+  tsolid_status status = descend(o, steps);
+  keep_best(o);
+  return status;
 }
 
-/* Ever higher powers of the inverse scaled Jacobian, every element with the same weight. The first
- * power also evens out what untangling left; the others start from the best so far. */
+/* Ever higher powers until the worst place is near the input's own bound. */
 static tsolid_status raise_worst(optimiser *o, int effort, double bound) {
   tsolid_status status = TSOLID_OK;
   for (int e = 0; e < o->space->n_elements; e++)
     o->scale[e] = 1.0 / o->space->n_elements;
-  o->barrier.epsilon = 1e-3;
-  o->barrier.shape = SHAPE_KEPT;
-  for (int power = 1; power <= MAX_POWER && status == TSOLID_OK; power *= 2) {
-    if (power > 1 && o->best_worst >= EFFORT[effort].goal * bound)
+  for (int power = FIRST_POWER; power <= MAX_POWER && status == TSOLID_OK; power *= 2) {
+    o->fraction = fmin(o->fraction + 0.08, 0.9);
+    status = raise_power(o, power, EFFORT[effort].steps);
+    if (o->best_worst >= EFFORT[effort].goal * bound)
       break;
-    o->fraction = fmin(o->fraction + 0.08, 0.95);
-    choose_active(o, power);
-    o->barrier.power = power;
-    o->barrier.angle = integer_power(fmax(o->best_worst, 0.01), power);
-    status = descend(o, EFFORT[effort].steps);
-    keep_best(o);
   }
   return status;
 }
@@ -315,10 +348,9 @@ static tsolid_status prepare(optimiser *o, const tsolid_solid *start, tsi_arena 
   o->scale = tsi_arena_new(arena, n_elements, sizeof(double));
   o->element_worst = tsi_arena_new(arena, n_elements, sizeof(double));
   o->diagonal = tsi_arena_new(arena, n_free, sizeof(double));
-  o->active = tsi_arena_new(arena, n_elements, 1);
   double(*factor)[3] = tsi_arena_new(arena, n_elements, sizeof *factor);
   if (!o->position || !o->best || !o->target || !o->scale || !o->element_worst || !o->diagonal ||
-      !o->active || !factor)
+      !factor)
     return tsi_no_memory(o->context, STAGE);
   tsi_boundary_positions(space, o->position + 3 * n_free, centre);
   for (size_t f = 0; f < n_free; f++)
@@ -330,7 +362,6 @@ static tsolid_status prepare(optimiser *o, const tsolid_solid *start, tsi_arena 
     status = tsi_kernel_create(o->context, space, start->control, TSI_GRID, &o->grid);
   if (status != TSOLID_OK)
     return status;
-  memset(o->active, 1, n_elements);
   choose_targets(o);
   for (size_t e = 0; e < n_elements; e++)
     for (int a = 0; a < 3; a++)
@@ -345,17 +376,57 @@ static tsolid_status prepare(optimiser *o, const tsolid_solid *start, tsi_arena 
   return TSOLID_OK;
 }
 
+/* The solid of the best position. */
 static tsolid_status finish(optimiser *o, const tsolid_solid *start, double start_worst,
-                            const double centre[3], tsi_arena *arena, tsolid_solid **solid) {
+                            const double centre[3], tsolid_solid **solid) {
   size_t n_free = (size_t)o->n_free, n = n_free + (size_t)o->space->n_surface;
-  double *control = tsi_arena_new(arena, n, 4 * sizeof *control);
+  double *control = tsi_new(&o->context->allocator, n, 4 * sizeof *control);
   if (!control)
     return tsi_no_memory(o->context, STAGE);
   memcpy(control, start->control, 4 * n * sizeof *control);
   for (size_t f = 0; f < n_free; f++)
     for (size_t c = 0; c < 3; c++)
       control[4 * f + c] = control[4 * f + 3] * (o->best[3 * f + c] + centre[c]);
-  return tsi_solid_new(o->context, o->space, control, start_worst, solid);
+  tsolid_status status = tsi_solid_new(o->context, o->space, control, start_worst, solid);
+  tsi_delete(&o->context->allocator, control);
+  return status;
+}
+
+/* Stops with the certificate: while elements are not proved positive, looks at more points of them
+ * with more weight. */
+static tsolid_status prove(optimiser *o, const tsolid_solid *start, double start_worst,
+                           const double centre[3], int effort, tsolid_solid **solid) {
+  const tsolid_certificate_options depth = {.max_depth = PROOF_DEPTH};
+  int *verdict = tsi_new(&o->context->allocator, (size_t)o->space->n_elements, sizeof *verdict);
+  tsolid_status status = verdict ? TSOLID_OK : tsi_no_memory(o->context, STAGE);
+  for (int round = 0; status == TSOLID_OK; round++) {
+    tsolid_certificate certificate;
+    status = finish(o, start, start_worst, centre, solid);
+    if (status != TSOLID_OK || round == PROOF_ROUNDS || effort == 1)
+      break;
+    int n_findings = o->context->n_findings;
+    status = tsolid_certify(o->context, *solid, &depth, &certificate, verdict);
+    if (status == TSOLID_OK)
+      tsi_findings_truncate(o->context, n_findings); /* the caller's own call will tell */
+    if (status != TSOLID_OK || certificate.verdict == TSOLID_POSITIVE)
+      break;
+    tsi_kernel_free(o->inside); /* from now on at the points of the grid */
+    o->inside = o->grid;
+    for (int e = 0; e < o->space->n_elements; e++)
+      if (verdict[e] != TSOLID_POSITIVE)
+        o->scale[e] *= 8.0;
+    memcpy(o->position, o->best, 3 * (size_t)o->n_free * sizeof *o->best);
+    o->best_worst = -INFINITY;
+    status = raise_power(o, FIRST_POWER << round, EFFORT[effort].steps);
+    tsolid_solid_free(*solid);
+    *solid = NULL;
+  }
+  tsi_delete(&o->context->allocator, verdict);
+  if (status != TSOLID_OK) {
+    tsolid_solid_free(*solid);
+    *solid = NULL;
+  }
+  return status;
 }
 
 tsolid_status tsolid_solid_optimise(tsolid_context *context, const tsolid_solid *start,
@@ -380,8 +451,9 @@ tsolid_status tsolid_solid_optimise(tsolid_context *context, const tsolid_solid 
   if (status == TSOLID_OK && effort != 1)
     status = raise_worst(&o, effort, bound);
   if (status == TSOLID_OK)
-    status = finish(&o, start, start_worst, centre, &arena, solid);
-  tsi_kernel_free(o.inside);
+    status = prove(&o, start, start_worst, centre, effort, solid);
+  if (o.inside != o.grid)
+    tsi_kernel_free(o.inside);
   tsi_kernel_free(o.grid);
   tsi_arena_free(&arena);
   return status;
