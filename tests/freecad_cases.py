@@ -39,8 +39,13 @@ def random_patch(degree, n_control, rational, numbers):
     return binding.Patch(degree, n_control, knots, points, weights)
 
 
+def mixed_sides():
+    """A solid whose faces have different degrees and knots, some of them rational."""
+    return convert.solid_of_patches(binding_parts.read_example("mixed_sides"))
+
+
 def wavy_box():
-    """A solid of six bicubic faces with one face of another degree and knots per direction."""
+    """A solid of six bilinear faces, none of them plane."""
     patches = binding_parts.cube(
         lambda x, y, z: (10 * x + y * z, 12 * y - 0.5 * x * z, 8 * z + 0.7 * x * y)
     )
@@ -109,14 +114,15 @@ class Conversion(unittest.TestCase):
         for source in self.named_edges_run_along_their_borders(shape):
             self.assertLess(source.deviation, 1e-12 * convert.scale_of_shape(shape))
 
-    def test_names_wavy_box_reversed_and_compound(self):
+    def test_names_reversed_compound_and_grid(self):
         solid = wavy_box()
-        for shape in (solid, solid.reversed(), Part.makeCompound([solid])):
+        grid = convert.solid_of_patches(binding_parts.read_example("grid24"))
+        for shape in (solid, solid.reversed(), Part.makeCompound([solid]), mixed_sides(), grid):
             for source in self.named_edges_run_along_their_borders(shape):
                 self.assertEqual(source.deviation, 0.0)
 
     def test_signs_follow_the_normal(self):
-        for shape in (BOX, wavy_box()):
+        for shape in (BOX, wavy_box()):  # star-shaped about their centre
             centre = shape.BoundBox.Center
             for source in convert.sources_of_shape(shape)[0]:
                 u, v = sum(source.box[:2]) / 2, sum(source.box[2:]) / 2
@@ -253,8 +259,7 @@ class Refusals(unittest.TestCase):
         """One corner of one face 1e-3 off: more than the edges' tolerance."""
         patches = binding_parts.cube()
         patches[5].points[0] = (0.0, 0.0, 1.001)
-        part = api.Part([convert.source_of_patch(p, k) for k, p in enumerate(patches)], [], None)
-        result = api.check(part)
+        result = api.check(api.Part.of_patches(patches))
         self.assertFalse(result.satisfied)
         sized = [f for f in result.findings if f.measured is not None and f.point is not None]
         self.assertTrue(sized, result.text())
@@ -299,15 +304,25 @@ class Building(unittest.TestCase):
         cls.result = api.build(cls.solid)
 
     def test_facts(self):
-        report = self.result.report
-        self.assertEqual(self.result.verdict, "positive", self.result.text())
-        self.assertEqual(self.result.exit_code, 0)
-        self.assertEqual([r["face"] for r in report["exactness"]], ["Face%d" % k for k in range(1, 7)])
-        scale = convert.scale_of_shape(self.solid)
+        self.check_facts(self.solid, self.result)
+
+    def test_facts_of_mixed_sides(self):
+        solid = mixed_sides()
+        self.check_facts(solid, api.build(solid, effort="none"))
+
+    def check_facts(self, solid, result):
+        report = result.report
+        self.assertEqual(result.verdict, "positive", result.text())
+        self.assertEqual(result.exit_code, 0)
+        faces = [row["face"] for row in report["exactness"]]
+        self.assertEqual(faces, ["Face%d" % k for k in range(1, 7)])
+        scale = report["conformity"]["scale"]
+        points = [v.Point for v in solid.Vertexes]
+        self.assertGreaterEqual(scale, max((a - b).Length for a in points for b in points))
         for row in report["exactness"]:
             self.assertEqual(row["samples"], 1000)
-            self.assertEqual(row["declared"], 0.0)
-            self.assertLessEqual(row["distance"], 1e-12 * scale * 1.0000001)
+            self.assertLessEqual(row["declared"], 1e-13 * scale)
+            self.assertLessEqual(row["distance"], 1e-12 * scale + row["declared"])
         self.assertLessEqual(report["volume"]["relative_difference"], 1e-12)
         json.loads(api.report_json(report))
 
@@ -323,10 +338,10 @@ class Building(unittest.TestCase):
     def test_document_object_or_shape(self):
         doc = FreeCAD.newDocument("Given")
         try:
-            obj = doc.addObject("Part::Feature", "Wavy")
+            obj = doc.addObject("Part::Feature", "Mixed")
             obj.Shape = self.solid
             self.assertEqual(api.build(obj).tsolid, self.result.tsolid)
-            self.assertEqual(api.check(obj).name, "Wavy")
+            self.assertEqual(api.check(obj).name, "Mixed")
         finally:
             FreeCAD.closeDocument(doc.Name)
 

@@ -80,10 +80,11 @@ def _options(options, keywords):
 class Part:
     """The faces of one part, as sources that can be measured, and notes on their conversion."""
 
-    def __init__(self, sources, notes, shape, name=""):
+    def __init__(self, sources, notes=(), shape=None, name=""):
         self.sources = sources
-        self.notes = notes
-        self.shape = shape  # the solid made of the input's very faces; may be None
+        self.patches = [s.patch for s in sources]
+        self.notes = list(notes)
+        self.shape = shape  # the solid made of the input's very faces; None: not made yet
         self.name = name
         self.file = None  # a BoundaryFile that holds Bezier elements instead of patches
 
@@ -98,26 +99,34 @@ class Part:
         return cls(sources, notes, shape.Solids[0], name)
 
     @classmethod
-    def read_tsb(cls, path, name="", context=None):
+    def of_patches(cls, patches, name=""):
+        """From patches that no shape stands behind; nothing is checked yet."""
+        part = cls([], name=name)
+        part.patches = list(patches)
+        return part
+
+    @classmethod
+    def read_tsb(cls, path, name=""):
         """From a .tsb file; raises TsolidError."""
-        context = context or binding.Context()
-        given = binding.BoundaryFile.read(context, path)
-        patches = given.patches()
-        sources = [convert.source_of_patch(p, k) for k, p in enumerate(patches)]
-        part = cls(sources, [], None, name)
-        part.file = None if patches else given
+        given = binding.BoundaryFile.read(binding.Context(), path)
+        part = cls.of_patches(given.patches(), name)
+        part.file = None if part.patches else given
         return part
 
     def boundary(self, context, options):
+        """The checked boundary; only then OCC sees patches that came without a shape."""
         if self.file is not None:
             return binding.Boundary.from_file(context, self.file, *options.of_boundary())
-        patches = [s.patch for s in self.sources]
-        return binding.Boundary.create(context, patches, *options.of_boundary())
+        boundary = binding.Boundary.create(context, self.patches, *options.of_boundary())
+        if not self.sources:
+            numbered = enumerate(self.patches)
+            self.sources = [convert.source_of_patch(p, k) for k, p in numbered]
+        return boundary
 
     def solid_shape(self, boundary):
         """The closed valid solid of the part's faces."""
         if self.shape is None:
-            patches = [s.patch for s in self.sources] or convert.patches_of_boundary(boundary)
+            patches = self.patches or convert.patches_of_boundary(boundary)
             self.shape = convert.solid_of_patches(patches)
         return self.shape
 

@@ -71,10 +71,6 @@ def read_part(path, stage):
     """The part in a file as api.Part; raises Failure or TsolidError."""
     name, suffix = os.path.splitext(os.path.basename(path))
     suffix = suffix.lower()
-    if not os.path.exists(path):
-        raise Failure("%s does not exist" % path)
-    if not os.path.isfile(path):
-        raise Failure("%s is not a file" % path)
     if suffix == ".tsb":
         return api.Part.read_tsb(path, name)
     if suffix == ".fcstd":
@@ -266,10 +262,15 @@ def _options(text):
 
 
 def run(command, path, out, stage, options):
+    """One check or build; returns our exit code."""
     progress = _Progress()
     name = os.path.splitext(os.path.basename(path))[0]
     binding.load()  # a missing library before anything else
     options = _options(options)
+    if not os.path.exists(path):
+        raise Failure("%s does not exist" % path)
+    if not os.path.isfile(path):
+        raise Failure("%s is not a file" % path)
     if command == "build":
         check_targets(path, out, name)
         write_page = _page_writer()
