@@ -70,7 +70,8 @@ static void test_hull_distance(void) {
       v[i / 3][i % 3] = uniform() + (trial % 3 == 0);
     int n = 1 + trial % 3;
     double distance = tsi_hull_distance(n, (const double(*)[3])v);
-    double at[3], nearest = nearest_in_hull(n, (const double(*)[3])v, at);
+    double at[3] = {0.0, 0.0, 0.0};
+    double nearest = nearest_in_hull(n, (const double(*)[3])v, at);
     CHECK(nearest >= distance - 1e-14);
     CHECK_NEAR(nearest, distance, 1e-6);
     /* the minimax: the direction of the nearest point reaches the distance, no other passes it */
