@@ -183,8 +183,12 @@ static inline double *cube_control(const tsolid_space *space, double noise) {
   for (size_t f = 0; f < n_inner + n_surface; f++) {
     double point[3], u[3], w = 1.0;
     if (f < n_inner) {
-      for (int d = 0; d < 3; d++)
-        u[d] = space->tmesh->plane_value[d][space->piece[space->piece_start[f]].knot[d][2]];
+      for (int d = 0; d < 3;
+           d++) { /* the Greville point: planes of one value would give points of one place */
+        const double *value = space->tmesh->plane_value[d];
+        const int *knot = space->piece[space->piece_start[f]].knot[d];
+        u[d] = (value[knot[1]] + value[knot[2]] + value[knot[3]]) / 3.0;
+      }
       cube_inner_point(space, centre, u, point);
     } else {
       const double *from = input + 4 * (f - n_inner);

@@ -74,7 +74,7 @@ static tsolid_status measure_distance(tsolid_context *context, const tsolid_soli
                       side, s, t);
     double d[3] = {inside[0] - input[0], inside[1] - input[1], inside[2] - input[2]};
     double distance = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-    if (!(distance <= report->distance)) /* a NaN stays */
+    if (distance > report->distance || isnan(distance)) /* a NaN stays */
       report->distance = distance;
     report->n_samples++;
   }
