@@ -351,7 +351,7 @@ static int make_seeds(buffer *seed) {
 
 int main(int argc, char **argv) {
   static buffer seed[3], changed;
-  long count = argc > 1 ? atol(argv[1]) : 3000, n_accepted[3] = {0, 0, 0};
+  long count = argc > 1 ? atol(argv[1]) : 1500, n_accepted[3] = {0, 0, 0};
   random_state = (argc > 2 ? strtoull(argv[2], NULL, 10) : 1) * 0x9e3779b97f4a7c15u | 1;
   if (!CHECK(choose_paths()) || !CHECK(make_seeds(seed)))
     return check_done();
