@@ -130,7 +130,9 @@ def run(module):
     pattern = sys.argv[1] if len(sys.argv) > 1 else ""
     chosen = unittest.TestSuite(t for s in suite for t in s if pattern in t.id())
     result = unittest.TextTestRunner(verbosity=2).run(chosen)
-    bad = len(result.failures) + len(result.errors)
+    broken = [getattr(t, "test_case", t).id() for t, _ in result.failures + result.errors]
+    bad = len(set(broken))  # a test with several bad subtests is one bad test
     skipped = "" if not result.skipped else ", %d skipped" % len(result.skipped)
-    print("%d passed, %d failed%s" % (result.testsRun - bad - len(result.skipped), bad, skipped))
+    passed = max(0, result.testsRun - bad - len(result.skipped))
+    print("%d passed, %d failed%s" % (passed, bad, skipped))
     return 1 if bad else 0

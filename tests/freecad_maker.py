@@ -2,6 +2,7 @@
 """Runs inside FreeCADCmd: freecad_maker.py KIND PATH makes a file to read, good or bad."""
 
 import os
+import random
 import shutil
 import sys
 import tempfile
@@ -56,6 +57,47 @@ SHAPES = {
 }
 
 
+def turned(patch, numbers):
+    """The same surface with its parameters reversed, exchanged and rescaled at random."""
+    surface = convert.surface_of_patch(patch)
+    if numbers.random() < 0.5:
+        surface.exchangeUV()
+    low, stretch = numbers.uniform(-5, 5), 10 ** numbers.uniform(-2, 2)
+    knots = surface.getUKnots()
+    surface.setUKnots([low + stretch * (k - knots[0]) for k in knots])
+    if numbers.random() < 0.5:  # from the other end, by hand
+        poles, weights = surface.getPoles()[::-1], surface.getWeights()[::-1]
+        knots = surface.getUKnots()
+        back = [knots[0] + knots[-1] - k for k in reversed(knots)]
+        rational = surface.isURational() or surface.isVRational()
+        arguments = [poles, surface.getUMultiplicities()[::-1], surface.getVMultiplicities()]
+        arguments += [back, surface.getVKnots(), False, False, surface.UDegree, surface.VDegree]
+        surface = Part.BSplineSurface()
+        surface.buildFromPolesMultsKnots(*arguments + ([weights] if rational else []))
+    return convert.patch_of_surface(surface)
+
+
+def example(name, seed=""):
+    """An example part; with a seed, re-written: faces turned, shuffled, and the whole moved."""
+    patches = binding_parts.read_example(name)
+    if not seed:
+        return convert.solid_of_patches(patches)
+    numbers = random.Random(seed)
+    patches = [turned(p, numbers) for p in patches]
+    numbers.shuffle(patches)
+    solid = convert.solid_of_patches(patches)
+    axis = Vector(*(numbers.gauss(0, 1) for _ in range(3)))
+    solid.rotate(Vector(1, 2, 3), axis, numbers.uniform(0, 360))
+    solid.translate(axis * 7)
+    return solid
+
+
+def shape_of(kind):
+    """SHAPES[kind], or for example:NAME and example:NAME:SEED an example part."""
+    words = kind.split(":")
+    return example(*words[1:]) if words[0] == "example" else SHAPES[kind]()
+
+
 def bad_patches(kind):
     patches = box_patches()
     top = patches[5]
@@ -108,7 +150,7 @@ def write(kind, path):
     elif suffix == ".tsb":
         write_patches(kind, path)
     else:
-        shape = SHAPES[kind]()
+        shape = shape_of(kind)
         export = {".step": shape.exportStep, ".brep": shape.exportBrep, ".igs": shape.exportIges}
         export[suffix](path)
 

@@ -186,7 +186,8 @@ class CheckResult:
                 "  %d faces, %d edges, %d vertices; closed, genus %d; eight corners, twelve isolines"
                 % (need["n_patches"], need["n_edges"], need["n_vertices"], need["genus"])
             )
-        return "\n".join(lines + _finding_lines(self.findings))
+        shown = [f for f in self.findings if self.satisfied or f.severity != Severity.NOTE]
+        return "\n".join(lines + _finding_lines(shown))
 
 
 def visible(text):

@@ -52,13 +52,14 @@ class Finding(
         }
 
     def __str__(self):
+        """The text with whatever of place and numbers it does not say itself."""
         words = [self.text]
         if self.where and self.where not in self.text:
             words.insert(0, self.where + ":")
-        if self.measured is not None:
+        if self.measured is not None and "%.6g" % self.measured not in self.text:
             words.append("(measured %.6g" % self.measured)
             words[-1] += ")" if self.allowed is None else ", allowed %.6g)" % self.allowed
-        if self.point is not None:
+        if self.point is not None and "at (" not in self.text:
             words.append("at (%.6g, %.6g, %.6g)" % self.point)
         return " ".join(words)
 

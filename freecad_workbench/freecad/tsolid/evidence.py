@@ -27,6 +27,32 @@ def declared_of_side(preparation, side):
     return worst
 
 
+def _steepest(patch, axis):
+    """A bound of |dS| over a unit of the parameter's range: the derivative's control points."""
+    n, m = patch.n_control
+    p, knots = patch.degree[axis], patch.knots[axis]
+    step, count = (1, n) if axis == 0 else (n, m)
+    worst = 0.0
+    for k in range(n * m):
+        i = k % n if axis == 0 else k // n
+        if i + 1 < count:
+            width = knots[i + p + 1] - knots[i + 1]
+            worst = max(worst, p * math.dist(patch.points[k], patch.points[k + step]) / width)
+    if patch.weights is not None:
+        worst *= (max(patch.weights) / min(patch.weights)) ** 2
+    return worst * (knots[-1] - knots[0])
+
+
+def declared_of_knots(preparation, patch):
+    """How far merging knots may move the patch: file formats round them.
+
+    Each of the p + 1 knots that matter at a point moves it by at most its own shift times the
+    steepest |S_u| / p.
+    """
+    shift = preparation["knot_merge"]
+    return sum(shift * (p + 1) / p * _steepest(patch, a) for a, p in enumerate(patch.degree))
+
+
 def exactness_of_face(context, source, placement, solid, numbers):
     """Largest distance of N_SAMPLES points of a face from the solid at the same parameters."""
     u0, u1, v0, v1 = source.box
@@ -56,6 +82,7 @@ def exactness(context, sources, boundary, solid):
         numbers = random.Random("%d %s" % (SEED, source.name))
         worst, place = exactness_of_face(context, source, placement, solid, numbers)
         declared = declared_of_side(preparation, placement.side)
+        declared += declared_of_knots(preparation, source.patch)
         allowed = _RELATIVE * scale + declared
         rows.append(
             {
