@@ -413,6 +413,39 @@ class SignalTest(CommandTest):
         self.assertNotIn(b"%", run.stderr)
 
 
+@unittest.skipUnless(os.environ.get("TSOLID_FAILING_MALLOC"), "TSOLID_FAILING_MALLOC is not set")
+class MemoryTest(CommandTest):
+    """Every malloc of the process fails once, those of third-party libraries included."""
+
+    def run_failing(self, at, *arguments):
+        environment = dict(
+            os.environ,
+            LD_PRELOAD=os.environ["TSOLID_FAILING_MALLOC"],
+            TSOLID_FAIL_AT=str(at),
+            TSOLID_FAIL_COUNT=self.path("count"),
+        )
+        return self.run_command(*arguments, env=environment)
+
+    def check_each(self, *arguments):
+        self.assertEqual(self.run_failing(0, *arguments).returncode, 0)
+        with open(self.path("count"), encoding="ascii") as stream:
+            count = int(stream.read())
+        before = sorted(os.listdir(self.folder))
+        for at in sorted(set(range(1, count + 1, max(1, count // 100))) | {count - 1, count}):
+            run = self.run_failing(at, *arguments)
+            self.assertIn(run.returncode, (0, 1), "allocation %d: %s" % (at, run.stderr))
+            if run.returncode == 1:  # libgomp knows no way but to say so and exit
+                self.assertRegex(run.stderr, "^error: |libgomp: Out of memory")
+            self.assertEqual(sorted(os.listdir(self.folder)), before)
+
+    def test_check(self):
+        self.check_each("check", example("box"))
+
+    def test_report(self):
+        self.run_command("build", example("box"), "-o", "x.tsolid", "--effort", "none")
+        self.check_each("report", "x.tsolid", "--json", "-", "--threads", "1")
+
+
 class SchemaTest(CommandTest):
     def test_examples_and_written_files_match(self):
         validator = jsonschema.Draft7Validator(schema("boundary"))
