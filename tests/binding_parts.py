@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What the Python tests share: where things are, a cube of patches, a runner with a closing line."""
+"""What the Python tests share: where things are, a cube of patches, FreeCAD, a runner."""
 
 import glob
 import os

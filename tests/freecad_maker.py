@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs inside FreeCADCmd: freecad_maker.py KIND PATH makes a file to read, good or bad."""
 
+import json
 import os
 import random
 import shutil
@@ -130,10 +131,31 @@ def write_document(kind, path):
     doc.saveAs(path)
 
 
+def bezier_text():
+    """The wavy part's boundary as Bezier elements."""
+    context = binding.Context()
+    boundary = binding.Boundary.create(context, binding_parts.cube(wavy), refine_knots=1)
+    sides = []
+    for side in range(6):
+        elements = [
+            {
+                "box": list(e.box),
+                "functions": list(e.functions),
+                "coefficients": [list(row) for row in e.coefficients],
+            }
+            for e in boundary.elements(side)
+        ]
+        sides.append({"degree": list(boundary.side_degree(side)), "elements": elements})
+    bezier = {"points": boundary.points.tolist(), "sides": sides}
+    return json.dumps({"format": "tsolid boundary", "version": 1, "bezier": bezier})
+
+
 def write_patches(kind, path):
     """Text, not the library's writer: that one would rightly refuse NaN."""
-    import json
-
+    if kind == "bezier":
+        with open(path, "w", encoding="utf-8") as stream:
+            stream.write(bezier_text())
+        return
     patches = []
     for patch in box_patches() if kind in SHAPES else bad_patches(kind):
         row = {slot: getattr(patch, slot) for slot in binding.Patch.__slots__}

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The ctypes binding: mirrors tsolid.h, refuses wrong libraries, keeps memory and errors straight."""
+"""The ctypes binding: mirrors tsolid.h, refuses wrong libraries, keeps memory and errors."""
 
 import ctypes
 import gc

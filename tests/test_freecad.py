@@ -169,12 +169,21 @@ class Launcher(WithFolder):
     def test_kinds_of_files(self):
         """The same solid through STEP, BREP, FCStd and .tsb is the same .tsolid."""
         seen = set()
-        for kind, name in (("box", "a.brep"), ("box", "b.step"), ("box", "c.FCStd"), ("box", "d.tsb")):
-            path, out = self.made(kind, name), self.path("out " + name)
+        for name in ("a.brep", "b.step", "c.FCStd", "d.tsb"):
+            path, out = self.made("box", name), self.path("out " + name)
             self.built(path, out, os.path.splitext(name)[0])
             with open(os.path.join(out, name.split(".")[0] + ".tsolid"), "rb") as stream:
                 seen.add(stream.read())
         self.assertEqual(len(seen), 1)
+
+    def test_bezier_elements(self):
+        """A boundary of Bezier elements instead of patches: built, in a document with a solid."""
+        path, out = self.made("bezier", "b.tsb"), self.path("out")
+        _, report = self.built(path, out, "b")
+        self.assertEqual((report["verdict"], report["exactness"]), ("positive", []))
+        facts = self.facts("document", os.path.join(out, "b.FCStd"))
+        self.assertTrue(facts["closed"] and facts["valid"])
+        self.check_schema(report)
 
     def test_iges(self):
         code, text, errors = launch("check", self.made("box", "a.igs"))
@@ -296,7 +305,8 @@ class BadInput(WithFolder):
         with open(self.made("box", "whole.tsb"), "rb") as stream:
             tsb = stream.read()
         for suffix in ("step", "brep", "igs", "FCStd", "tsb"):
-            for name, data in (("empty", b""), ("text", b"hello\n"), ("binary", bytes(range(256)) * 9)):
+            wrong = {"empty": b"", "text": b"hello\n", "binary": bytes(range(256)) * 9}
+            for name, data in wrong.items():
                 with self.subTest(name + "." + suffix):
                     self.refused(self.write(name + "." + suffix, data))
         self.refused(self.write("half.step", step[: len(step) // 2]))
@@ -335,16 +345,20 @@ class BadInput(WithFolder):
         prefix = []
         if os.getuid() == 0:  # root may write everywhere
             prefix = ["setpriv", "--reuid=%d" % NOBODY, "--clear-groups"]
-        run = subprocess.run(
-            prefix + [LAUNCHER, "build", step, "--out", out], stderr=subprocess.PIPE
-        )
+        with open(LAUNCHER, "rb") as script:  # the checkout itself may be closed to others
+            run = subprocess.run(
+                prefix + ["sh", "-s", "build", step, "--out", out],
+                cwd=self.folder,
+                stdin=script,
+                stderr=subprocess.PIPE,
+            )
         self.assertEqual(run.returncode, 1)
         self.assertIn(b"nothing can be written", run.stderr)
         os.chmod(out, 0o755)
         self.assertEqual(os.listdir(out), [])
 
     def test_full_directory(self):
-        """Files may grow to so many blocks only, as on a full disk; at each size nothing is left."""
+        """Files may grow to so many blocks only, as on a full disk; nothing is left then."""
         step, out = self.made("wavy", "a.step"), self.path("out")
         os.mkdir(out)
         whole = False

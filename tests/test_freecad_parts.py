@@ -47,7 +47,7 @@ class Examples(unittest.TestCase):
         quality, scale = report["quality"], report["conformity"]["scale"]
         far = max(row["distance"] for row in report["exactness"])
         print(
-            "%-32s worst %.4f bound %.4f ratio %.3f, distance %.1e of the scale, volume %.1e, %.1f s"
+            "%-32s worst %.4f, bound %.4f, ratio %.3f, distance / scale %.1e, volume %.1e, %.1f s"
             % (
                 kind,
                 quality["worst"],

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""tsolid for FreeCAD: hex blocks with watertight, conformal borders from the spline faces of a part.
+"""tsolid for FreeCAD: hex blocks with watertight, conformal borders from a part's spline faces.
 
     import freecad.tsolid as ts
     result = ts.check(shape)      # can it become a solid, and where not?

@@ -183,7 +183,7 @@ class CheckResult:
         if self.satisfied:
             need = self.requirement
             lines.append(
-                "  %d faces, %d edges, %d vertices; closed, genus %d; eight corners, twelve isolines"
+                "  %d faces, %d edges, %d vertices; closed, genus %d; eight corners, 12 isolines"
                 % (need["n_patches"], need["n_edges"], need["n_vertices"], need["genus"])
             )
         shown = [f for f in self.findings if self.satisfied or f.severity != Severity.NOTE]
@@ -428,7 +428,8 @@ def _volume(part, boundary, quadrature):
 
     corners = [FreeCAD.Vector(*p) for p in boundary.requirement["corner"]]
     centre = sum(corners, FreeCAD.Vector()) * 0.125
-    signs = [s.sign or evidence.sign_on_cube(boundary.placement(k)) for k, s in enumerate(part.sources)]
+    numbered = enumerate(part.sources)
+    signs = [s.sign or evidence.sign_on_cube(boundary.placement(k)) for k, s in numbered]
     # a solid turned inside out is the same part
     flux = abs(evidence.volume_by_flux(part.sources, signs, centre, abs(quadrature)))
     difference = abs(flux - quadrature) / flux if flux else 1.0

@@ -134,7 +134,10 @@ def _doubles(values):
             flat.append(value)
         else:
             flat.extend(value)
-    return (c_double * max(1, len(flat))).from_buffer(flat if flat else array("d", [0.0])), len(flat)
+    n = len(flat)
+    if n == 0:
+        flat.append(0.0)
+    return (c_double * len(flat)).from_buffer(flat), n
 
 
 class Context:

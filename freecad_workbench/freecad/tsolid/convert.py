@@ -81,7 +81,7 @@ def _is_seam_somewhere(shape, edge):
 
 
 def the_solid(shape):
-    """The one solid of a shape; Refused when there is none, or more than one, or it is not closed."""
+    """The one solid of a shape; Refused when there is none, more than one, or a void in it."""
     if shape is None or shape.isNull():
         refuse("", "the shape is empty")
     solids = shape.Solids
