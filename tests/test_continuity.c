@@ -230,6 +230,71 @@ static void check_areas(tsolid_context *context, const cube_axis axis[3], cube_m
   cube_solid_free(&s);
 }
 
+/* ---- cells of different size -------------------------------------------------------------------
+ */
+
+/* All core cells of an n^3 grid, but one block of 2^3 of them is a single cell: with its low corner
+ * at `low`. 6 numbers per cell; returns their number. */
+static int merge_cells(int n, const int low[3], int *box) {
+  int count = 0;
+  for (int i = 0; i < n * n * n; i++) {
+    int at[3] = {i % n, i / n % n, i / (n * n)}, inside = 1, is_low = 1;
+    for (int d = 0; d < 3; d++) {
+      inside &= at[d] >= low[d] && at[d] < low[d] + 2;
+      is_low &= at[d] == low[d];
+    }
+    if (inside && !is_low)
+      continue;
+    for (int d = 0; d < 3; d++) {
+      box[6 * count + d] = at[d];
+      box[6 * count + 3 + d] = at[d] + (inside ? 2 : 1);
+    }
+    count++;
+  }
+  return count;
+}
+
+/* T-junctions inside the core and on its surface: faces still tile, functions and the map are as
+ * continuous as expected, and the volume is the boundary's. (The sum of the functions is not one
+ * without closure: no matter here.) */
+static void check_local_cells(tsolid_context *context, int n, int low_x) {
+  static int box[6 * 8 * 8 * 8];
+  cube_axis axis[3] = {{3, 2, 1}, {3, 2, 1}, {3, 2, 1}};
+  int low[3] = {low_x, n / 2 - 1, n / 2 - 1};
+  cube_solid tensor, s = {.solid = NULL};
+  measured m = {.n = 0};
+  if (CHECK(cube_solid_create(context, axis, cube_wave, n, 0.0, &tensor))) {
+    const tsolid_tmesh *t = tensor.tmesh;
+    CHECK(t->n_lines[0] == n + 1 && t->n_lines[1] == n + 1 && t->n_lines[2] == n + 1);
+    CHECK(tsi_tmesh_from_boxes(context, t->n_lines, (const double *const *)t->line,
+                               merge_cells(n, low, box), box, t->arm_height,
+                               &s.tmesh) == TSOLID_OK);
+    tsi_boundary_retain(tensor.boundary);
+    s.boundary = tensor.boundary;
+  }
+  if (s.tmesh && CHECK(tsolid_space_create(context, s.boundary, s.tmesh, &s.space) == TSOLID_OK)) {
+    double *control = cube_control(s.space, 0.02);
+    CHECK(tsolid_solid_from_control(context, s.space, control, &s.solid) == TSOLID_OK);
+    free(control);
+  }
+  if (s.solid && measure(context, &s, &m)) {
+    tsolid_basis_report basis;
+    tsolid_conformity_report conformity;
+    CHECK(m.report.n_below_expected == 0);
+    check_faces(s.space, m.n, m.face);
+    check_places(context, &s, m.n, m.face);
+    CHECK(tsi_basis_measure(context, s.space, m.n, m.face, 0, &basis) == TSOLID_OK);
+    CHECK_NEAR(basis.diagonal_jump, 0.0, 1e-13);
+    CHECK_NEAR(basis.core_jump, 0.0, 1e-13);
+    CHECK(basis.inner_eigenvalue > basis.inner_roundoff);
+    CHECK(tsi_conformity_measure(context, s.solid, &conformity) == TSOLID_OK);
+    CHECK_NEAR(conformity.volume, conformity.flux, 1e-12 * conformity.flux);
+  }
+  tsi_arena_free(&m.arena);
+  cube_solid_free(&s);
+  cube_solid_free(&tensor);
+}
+
 /* ---- defects -----------------------------------------------------------------------------------
  */
 
@@ -297,6 +362,9 @@ int main(void) {
   check_core_surface(context, 6);
   check_core_surface(context, 7);
   check_core_surface(context, 10);
+  check_local_cells(context, 6, 2);
+  check_local_cells(context, 6, 0);
+  check_local_cells(context, 8, 0);
   check_defect(context, cases[0], 1e-6);
   check_defect(context, cases[0], 1e-8);
   tsolid_context_free(context);

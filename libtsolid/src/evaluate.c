@@ -321,10 +321,7 @@ static void add_surface_coefficients(const tsolid_space *space, const tsi_elemen
 
 static int count_functions(const tsolid_space *space, int element) {
   const tsi_element *e = &space->element[element];
-  size_t n = 0;
-  for (size_t i = space->inner_start[element]; i < space->inner_start[element + 1]; i++)
-    n += i == space->inner_start[element] ||
-         space->inner_function[i] != space->inner_function[i - 1];
+  size_t n = space->inner_start[element + 1] - space->inner_start[element];
   if (e->lateral >= 0) {
     const tsi_lateral *lateral = &space->lateral[e->lateral];
     int layers = (e->radial[0] >= 0) + (e->radial[1] >= 0);
@@ -352,9 +349,7 @@ static void write_extraction(const tsolid_space *space, int element, int *functi
   int n = 0;
   double *out = NULL;
   for (size_t i = space->inner_start[element]; i < space->inner_start[element + 1]; i++) {
-    if (i == space->inner_start[element] ||
-        space->inner_function[i] != space->inner_function[i - 1])
-      out = begin_function(space->inner_function[i], &n, stride, function, coefficient);
+    out = begin_function(space->inner_function[i], &n, stride, function, coefficient);
     if (out)
       add_inner_coefficients(space, e, i, out);
   }
