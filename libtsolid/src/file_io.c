@@ -160,7 +160,7 @@ static tsolid_status find_target(tsi_output *output) {
       return fail_errno(output->context, output->stage, "write", output->path, errno);
     if (realpath(output->path, resolved))
       target = resolved;
-  } else if (errno != ENOENT) {
+  } else if (errno != ENOENT || !output->path[0]) {
     return fail_errno(output->context, output->stage, "write", output->path, errno);
   }
   output->target = copy_text(output->context, target, 0);
