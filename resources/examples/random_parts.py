@@ -67,23 +67,20 @@ class Shape:
 
 def refine_some_faces(draw, faces, strength):
     """Gives some faces degrees, knots and inner shape of their own; their edges stay."""
-    moves = []
     for index, face in enumerate(faces):
-        offset = None
         if draw.random() < 0.6:
             direction = draw.randint(0, 1)
             if draw.random() < 0.5 and face.degree[direction] < 9:
-                face = raise_patch(face, direction, draw.randint(1, min(2, 9 - face.degree[direction])))
+                most = min(2, 9 - face.degree[direction])
+                face = raise_patch(face, direction, draw.randint(1, most))
             else:
                 face = insert_patch_knots(face, direction, [round(draw.uniform(0.1, 0.9), 3)])
             along = (face.points[-1, 0] - face.points[0, 0], face.points[0, -1] - face.points[0, 0])
             normal = np.cross(*along)
             height = 0.12 * min(np.linalg.norm(a) for a in along) * draw.uniform(-1, 1)
-            offset = strength * height * normal / np.linalg.norm(normal)
-            face.points[1:-1, 1:-1] += offset
+            face.points[1:-1, 1:-1] += strength * height * normal / np.linalg.norm(normal)
         faces[index] = face
-        moves.append(offset)
-    return faces, moves
+    return faces
 
 
 def solid_grid(volume, faces, count=17):
@@ -103,7 +100,7 @@ def solid_grid(volume, faces, count=17):
 
 
 def random_part(seed, index):
-    """Part `index` of a seed: the patches of a solid whose hexahedra keep 0.2 or more."""
+    """Part `index` of a seed: the patches of a solid whose hexahedra keep a drawn quality."""
     draw = random.Random("%s/%d" % (seed, index))
     shape = Shape(draw)
     degree = [random_degree(draw) for _ in range(3)]
@@ -116,7 +113,7 @@ def random_part(seed, index):
                                 shape.weight if rational else None)
         faces = volume.faces()
         if own:
-            faces, _ = refine_some_faces(random.Random(detail), faces, strength)
+            faces = refine_some_faces(random.Random(detail), faces, strength)
         if smallest_scaled_jacobian(solid_grid(volume, faces)) >= wanted:
             return faces
         strength *= 0.85

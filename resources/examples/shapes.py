@@ -6,7 +6,7 @@ import traceback
 import FreeCAD
 import Part
 
-from .splines import read_tsb
+from .splines import Patch, read_tsb, write_tsb
 
 
 def surface(patch):
@@ -59,6 +59,30 @@ def run(paths):
     try:
         for path in paths:
             write(path)
+    except Exception:
+        traceback.print_exc()
+        sys.exit(1)
+    sys.exit(0)
+
+
+def patch_of(face):
+    """The surface of an untrimmed B-spline face as a Patch."""
+    s = face.Surface
+    knots = [[k for k, c in zip(values, counts) for _ in range(c)]
+             for values, counts in ((s.getUKnots(), s.getUMultiplicities()),
+                                    (s.getVKnots(), s.getVMultiplicities()))]
+    points = [[list(p) for p in row] for row in s.getPoles()]
+    rational = s.isURational() or s.isVRational()
+    return Patch((s.UDegree, s.VDegree), knots, points, s.getWeights() if rational else None)
+
+
+def round_trip(path):
+    """path to a STEP file and that to path.back; ends FreeCAD with exit code 0 or 1."""
+    try:
+        solid(read_tsb(path)).exportStep(path + ".step")
+        back = Part.Shape()
+        back.read(path + ".step")
+        write_tsb([patch_of(f) for f in back.Faces], path + ".back")
     except Exception:
         traceback.print_exc()
         sys.exit(1)

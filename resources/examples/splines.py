@@ -40,6 +40,29 @@ class Patch:
         h = np.einsum("ki,ijc,kj->kc", a, self.homogeneous(), b)
         return h[:, :3] / h[:, 3:]
 
+    def derivatives(self, u, v):
+        """S, S_u and S_v on the grid u x v, each of shape (len(u), len(v), 3)."""
+        value = [basis_matrix(k, p, x) for k, p, x in zip(self.knots, self.degree, (u, v))]
+        slope = [derivative_matrix(k, p, x) for k, p, x in zip(self.knots, self.degree, (u, v))]
+        h, h_u, h_v = (np.einsum("ai,ijc,bj->abc", a, self.homogeneous(), b, optimize=True)
+                       for a, b in ((value[0], value[1]), (slope[0], value[1]),
+                                    (value[0], slope[1])))
+        s = h[..., :3] / h[..., 3:]
+        return s, *((d[..., :3] - s * d[..., 3:]) / h[..., 3:] for d in (h_u, h_v))
+
+    def flux(self, n_gauss=24):
+        """One third of the integral of S . (S_u x S_v): exact per knot span up to round-off."""
+        nodes, factors = np.polynomial.legendre.leggauss(n_gauss)
+        rules = []
+        for knots in self.knots:
+            spans = [(a, b) for a, b in zip(knots, knots[1:]) if a < b]
+            x = np.concatenate([(a + b) / 2 + (b - a) / 2 * nodes for a, b in spans])
+            w = np.concatenate([(b - a) / 2 * factors for a, b in spans])
+            rules.append((x, w))
+        s, s_u, s_v = self.derivatives(rules[0][0], rules[1][0])
+        density = np.einsum("abc,abc->ab", s, np.cross(s_u, s_v))
+        return float(rules[0][1] @ density @ rules[1][1]) / 3
+
     def describe(self):
         """The patch as an entry of a .tsb file."""
         n, m = self.points.shape[:2]
@@ -127,6 +150,18 @@ def basis_matrix(knots, degree, x):
     full = np.zeros((len(x), n))
     for r in range(degree + 1):
         full[np.arange(len(x)), span - degree + r] = value[:, r]
+    return full
+
+
+def derivative_matrix(knots, degree, x):
+    """First derivatives of all functions (columns) at all parameters (rows)."""
+    lower = basis_matrix(knots[1:-1], degree - 1, x)
+    n = len(knots) - degree - 1
+    full = np.zeros((len(x), n))
+    for i in range(n - 1):
+        factor = degree / (knots[i + 1 + degree] - knots[i + 1])
+        full[:, i] -= factor * lower[:, i]
+        full[:, i + 1] += factor * lower[:, i]
     return full
 
 
@@ -264,11 +299,10 @@ def half_patch(patch, direction, high):
     knots, p = patch.knots[direction], patch.degree[direction]
     cut = next(k for k in sorted(set(knots))[1:-1] if knots.count(k) == p)
     first = knots.index(cut)
-    n_low = first  # control points of the low half: knots before the cut, less p+1, plus p+1
-    if high:
-        part, new = slice(n_low - 1, None), (cut,) + knots[first:]
+    if high:  # the halves share control point first - 1
+        part, new = slice(first - 1, None), (cut,) + knots[first:]
     else:
-        part, new = slice(0, n_low), knots[:first + p] + (cut,)
+        part, new = slice(0, first), knots[:first + p] + (cut,)
     index = [slice(None), slice(None)]
     index[direction] = part
     all_knots = list(patch.knots)
