@@ -302,6 +302,27 @@ static int make_views(tsolid_space *space) {
 /* ---- handle
  * ---------------------------------------------------------------------------------------------- */
 
+/* The matrices that raise cubics to the lateral degrees in use. */
+static int make_raise_matrices(tsolid_space *space) {
+  for (int i = 0; i < 2 * space->n_laterals; i++) {
+    int degree = space->lateral[i / 2].degree[i % 2];
+    if (space->raise[degree])
+      continue;
+    double *m = tsi_new(&space->allocator, (size_t)degree + 1, 4 * sizeof *m);
+    if (!m)
+      return 0;
+    space->raise[degree] = m;
+    for (int j = 0; j < 4; j++) {
+      double unit[4] = {0}, column[TSI_MAX_ORDER];
+      unit[j] = 1.0;
+      tsi_bernstein_raise(TSI_INNER_DEGREE, degree, 1, unit, column);
+      for (int k = 0; k <= degree; k++)
+        m[4 * k + j] = column[k];
+    }
+  }
+  return 1;
+}
+
 static tsolid_status build_space(tsolid_context *context, tsolid_space *space) {
   tsolid_status status = tsi_blending_create(context, space);
   if (status == TSOLID_OK)
@@ -313,7 +334,7 @@ static tsolid_status build_space(tsolid_context *context, tsolid_space *space) {
   if (status != TSOLID_OK)
     return status;
   row_pool pool = {.allocator = space->allocator};
-  int complete = make_views(space);
+  int complete = make_views(space) && make_raise_matrices(space);
   if (complete) {
     space->locate = tsi_bvh_create(&space->allocator, space->n_elements, space->element_box);
     complete = space->locate && make_entries(space, &pool) && make_radial_rows(space, &pool) &&
@@ -359,6 +380,8 @@ void tsolid_space_free(tsolid_space *space) {
   tsolid_boundary_free((tsolid_boundary *)(uintptr_t)space->boundary);
   tsolid_tmesh_free((tsolid_tmesh *)(uintptr_t)space->tmesh);
   tsi_bvh_free(space->locate);
+  for (int d = 0; d < TSI_MAX_ORDER; d++)
+    tsi_delete(&allocator, space->raise[d]);
   void *owned[] = {
       space->piece_start,         space->piece,       space->element,     space->element_degree,
       space->element_block,       space->element_box, space->row,         space->inner_start,

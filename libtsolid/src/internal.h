@@ -222,6 +222,9 @@ struct tsolid_space {
   /* Bezier points of all elements: element e has bezier_start[e] .. bezier_start[e+1]-1 */
   size_t *bezier_start;
 
+  /* per lateral degree in use: the matrix that raises cubics to it, (degree + 1) x 4 */
+  double *raise[TSI_MAX_ORDER];
+
   struct tsi_bvh *locate; /* over element boxes, per block folded into one tree */
 };
 

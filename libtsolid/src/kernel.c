@@ -16,7 +16,7 @@
 
 static const char *const STAGE = "solid";
 
-enum { GRID_POINTS = 7, MAX_P = TSI_KERNEL_MAX_POINTS };
+enum { GRID_POINTS = 7, MAX_LOBATTO = 6, ELEMENTS_PER_THREAD = 256, MAX_P = TSI_KERNEL_MAX_POINTS };
 
 /* Basis of one degree at the points of the rule: row k holds B_k, or B_k', at all points. */
 typedef struct basis_table {
@@ -37,6 +37,7 @@ struct tsi_kernel {
   size_t workspace;                      /* doubles per thread */
   double *work;                          /* n_threads * workspace */
   double *weighted;                      /* w P of all functions, rows of 3 */
+  int outer_known;                       /* lateral_outer belongs to weighted's boundary layer */
   double *lateral_minus, *lateral_outer; /* nets of the lateral cells, rows of 3 */
   size_t *lateral_start;                 /* points */
   double *lateral_gradient;              /* per arm element, points of its lateral net, rows of 3 */
@@ -61,10 +62,9 @@ static void choose_points(int degree, tsi_rule rule, basis_table *table, double 
     return;
   }
   table->n_points = degree + 1;
-  if (rule == TSI_GAUSS)
-    tsi_gauss(degree + 1, x, table->weight);
-  else
-    tsi_gauss_lobatto(degree + 1, x, table->weight);
+  if (table->n_points > MAX_LOBATTO)
+    table->n_points = MAX_LOBATTO;
+  tsi_gauss_lobatto(table->n_points, x, table->weight);
 }
 
 static void fill_table(int degree, tsi_rule rule, basis_table *table) {
@@ -305,15 +305,22 @@ static void make_nets(tsi_kernel *kernel, const double *position) {
   int n = space->n_inner + 2 * space->n_surface;
   const double *minus = kernel->weighted + 3 * (size_t)space->n_inner;
   const double *outer = minus + 3 * (size_t)space->n_surface;
+  int first_call = !kernel->outer_known;
   for (int f = 0; f < n; f++)
-    for (int c = 0; c < 3; c++)
-      kernel->weighted[3 * f + c] = kernel->control[4 * (size_t)f + 3] * position[3 * f + c];
+    for (int c = 0; c < 3; c++) {
+      double x = kernel->control[4 * (size_t)f + 3] * position[3 * f + c];
+      kernel->outer_known &= f < kernel->n_free || kernel->weighted[3 * f + c] == x;
+      kernel->weighted[3 * f + c] = x;
+    }
+  int stale = first_call || !kernel->outer_known; /* the boundary layer hardly ever moves */
 #pragma omp parallel for schedule(static) num_threads(kernel->n_threads)
   for (int l = 0; l < space->n_laterals; l++) {
     size_t at = 3 * kernel->lateral_start[l];
     tsi_lateral_net(space, minus, 3, l, kernel->lateral_minus + at);
-    tsi_lateral_net(space, outer, 3, l, kernel->lateral_outer + at);
+    if (stale)
+      tsi_lateral_net(space, outer, 3, l, kernel->lateral_outer + at);
   }
+  kernel->outer_known = 1;
 }
 
 static int thread_number(void) {
@@ -464,7 +471,10 @@ tsolid_status tsi_kernel_create(tsolid_context *context, const tsolid_space *spa
     return tsi_no_memory(context, STAGE);
   k->allocator = context->allocator;
   k->space = space;
-  k->n_threads = context->n_threads;
+  k->n_threads =
+      space->n_elements / ELEMENTS_PER_THREAD + 1; /* a small part is done sooner alone */
+  if (k->n_threads > context->n_threads)
+    k->n_threads = context->n_threads;
   k->n_free = space->n_inner + space->n_surface;
   k->control = control;
   if (!make_tables(k, rule) || !lay_out(k) || !make_room(k) || !tabulate_weights(k)) {

@@ -10,8 +10,7 @@ enum { TSI_KERNEL_MAX_POINTS = TSI_MAX_ORDER };
 
 /* How the points of an element are chosen. */
 typedef enum tsi_rule {
-  TSI_GAUSS,   /* q + 1 Gauss points per direction of degree q */
-  TSI_LOBATTO, /* q + 1 Gauss-Lobatto points: the corners are among them */
+  TSI_LOBATTO, /* min(q + 1, 6) Gauss-Lobatto points: the corners are among them */
   TSI_GRID     /* 7 equidistant points, the corners among them; weights 1/7 */
 } tsi_rule;
 

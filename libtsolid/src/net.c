@@ -85,46 +85,45 @@ static void add_layer(const arm_layout *g, const double *radial, const double *l
                    lateral + (s + t * g->n_s) * nc, nc);
 }
 
-/* The matrix that raises cubics to degree `to`: raise[to+1][4]. */
-static void raise_matrix(int to, double *raise) {
-  for (int j = 0; j < N; j++) {
-    double unit[N] = {0}, column[TSI_MAX_ORDER];
-    unit[j] = 1.0;
-    tsi_bernstein_raise(TSI_INNER_DEGREE, to, 1, unit, column);
-    for (int i = 0; i <= to; i++)
-      raise[i * N + j] = column[i];
-  }
+/* Along one axis: out[r][i] = sum_j m[i][j] in[r][j], or transposed, for rows of `inner` values
+ * inside and `outer` copies outside; m has (to + 1) x 4 entries. */
+static void raise_axis(const double *m, int to, int transpose, int inner, int outer,
+                       const double *in, double *out) {
+  int n_in = transpose ? to + 1 : N, n_out = transpose ? N : to + 1;
+  memset(out, 0, (size_t)(n_out * inner * outer) * sizeof *out);
+  for (int r = 0; r < outer; r++)
+    for (int i = 0; i < n_out; i++)
+      for (int j = 0; j < n_in; j++)
+        add_scaled(out + (r * n_out + i) * inner, transpose ? m[j * N + i] : m[i * N + j],
+                   in + (r * n_in + j) * inner, inner);
 }
 
-/* Raises (or, transposed, gathers) the tricubic part of an arm along its two lateral axes.
- * Forward: wide = (R0 x R1 x R2) cubic. Transpose: cubic = (R0 x R1 x R2)^T wide. */
-static void raise_net(const tsi_element *e, int nc, int transpose, double *cubic, double *wide) {
-  double raise[3][TSI_MAX_ORDER * N];
-  int n[3];
+/* Raises the tricubic part of an arm along its two lateral axes, or gathers, transposed, from the
+ * wide net to the tricubic one. `from` is left as it was; work: two nets. */
+static void raise_net(const tsolid_space *space, const tsi_element *e, int nc, int transpose,
+                      const double *from, double *target) {
+  enum { MAX_NET = TSI_MAX_ORDER * TSI_MAX_ORDER * N * MAX_C };
+  double work[2][MAX_NET];
+  const double *in = from;
+  int n[3], last = -1, which = 0;
   for (int a = 0; a < 3; a++) {
-    n[a] = e->degree[a] + 1;
-    raise_matrix(e->degree[a], raise[a]);
+    n[a] = transpose ? e->degree[a] + 1 : N;
+    if (e->degree[a] != TSI_INNER_DEGREE)
+      last = a;
   }
-  memset(transpose ? cubic : wide, 0,
-         (size_t)((transpose ? N * N * N : n[0] * n[1] * n[2]) * nc) * sizeof(double));
-  for (int k = 0; k < n[2]; k++)
-    for (int l = 0; l < N; l++)
-      for (int j = 0; j < n[1]; j++)
-        for (int m = 0; m < N; m++) {
-          double outer = raise[2][k * N + l] * raise[1][j * N + m];
-          if (outer == 0.0)
-            continue;
-          for (int i = 0; i < n[0]; i++)
-            for (int h = 0; h < N; h++) {
-              double a = outer * raise[0][i * N + h];
-              double *w = wide + (i + n[0] * (j + n[1] * k)) * nc;
-              double *c = cubic + (h + N * (m + N * l)) * nc;
-              if (transpose)
-                add_scaled(c, a, w, nc);
-              else
-                add_scaled(w, a, c, nc);
-            }
-        }
+  for (int a = 0; a <= last; a++) {
+    if (e->degree[a] == TSI_INNER_DEGREE)
+      continue;
+    int inner = nc, outer = 1;
+    for (int b = 0; b < 3; b++)
+      if (b != a)
+        *(b < a ? &inner : &outer) *= n[b];
+    double *out = a == last ? target : work[which];
+    raise_axis(space->raise[e->degree[a]], e->degree[a], transpose, inner, outer, in, out);
+    n[a] = transpose ? N : e->degree[a] + 1;
+    in = out;
+    which = 1 - which;
+  }
 }
 
 static int is_cubic(const tsi_element *e) {
@@ -141,7 +140,7 @@ void tsi_element_net_from(const tsolid_space *space, const double *control, int 
   } else {
     double cubic[N * N * N * MAX_C];
     inner_net(space, control, n_components, element, cubic);
-    raise_net(e, n_components, 0, cubic, net);
+    raise_net(space, e, n_components, 0, cubic, net);
   }
   if (e->block == 0)
     return;
@@ -212,7 +211,7 @@ void tsi_element_net_transpose(const tsolid_space *space, int n_components, int 
     inner_net_transpose(space, n_components, element, net_gradient, entry_gradient);
   } else {
     double cubic[N * N * N * MAX_C];
-    raise_net(e, n_components, 1, cubic, (double *)(uintptr_t)net_gradient);
+    raise_net(space, e, n_components, 1, net_gradient, cubic);
     inner_net_transpose(space, n_components, element, cubic, entry_gradient);
   }
   if (e->block == 0)

@@ -25,6 +25,7 @@ enum { TABLE = 5, PATH = 8 }; /* places per direction and segments of the length
 typedef struct starter {
   const tsolid_space *space;
   struct tsi_bvh *tree[6];
+  double *net[6];                 /* Bezier nets of the side's elements, homogeneous rows of 4 */
   double low[3], high[3];         /* share of each axis that an arm may take */
   double length[3][TABLE][TABLE]; /* of the line along axis a at (b, c) */
 } starter;
@@ -33,8 +34,8 @@ typedef struct starter {
  * ---------------------------------------------------------------------------------------- */
 
 typedef struct side_point {
-  const tsolid_boundary *boundary;
   const tsi_side *side;
+  const double *net;
   double s, t, sum[4];
 } side_point;
 
@@ -45,25 +46,20 @@ static int evaluate_side_element(void *data, int element) {
     return 0;
   double b[2][TSI_MAX_ORDER];
   int ns = p->side->degree[0] + 1, nt = p->side->degree[1] + 1;
+  const double *net = p->net + 4 * (size_t)(ns * nt) * (size_t)element;
   tsi_bernstein(ns - 1, (p->s - box[0]) / (box[1] - box[0]), b[0]);
   tsi_bernstein(nt - 1, (p->t - box[2]) / (box[3] - box[2]), b[1]);
-  for (int k = p->side->function_start[element]; k < p->side->function_start[element + 1]; k++) {
-    const double *c = p->side->coefficient + (size_t)k * (size_t)(ns * nt);
-    const double *point = p->boundary->points + 4 * (size_t)p->side->function[k];
-    double value = 0.0;
-    for (int j = 0; j < nt; j++)
-      for (int i = 0; i < ns; i++)
-        value += c[i + ns * j] * b[0][i] * b[1][j];
-    for (int i = 0; i < 4; i++)
-      p->sum[i] += value * point[i];
-  }
+  for (int j = 0; j < nt; j++)
+    for (int i = 0; i < ns; i++, net += 4)
+      for (int c = 0; c < 4; c++)
+        p->sum[c] += b[0][i] * b[1][j] * net[c];
   return 1;
 }
 
 /* A side's Euclidean point; cube holds the two lateral coordinates, up to round-off in [0,1]. */
 static void side_value(const starter *st, int side, const double cube[3], double x[3]) {
-  side_point p = {.boundary = st->space->boundary,
-                  .side = &st->space->boundary->side[side],
+  side_point p = {.side = &st->space->boundary->side[side],
+                  .net = st->net[side],
                   .s = fmin(fmax(cube[tsi_side_s(side)], 0.0), 1.0),
                   .t = fmin(fmax(cube[tsi_side_t(side)], 0.0), 1.0)};
   double at[3] = {p.s, p.t, 0.0};
@@ -255,9 +251,26 @@ static void place_minus(const starter *st, int function, const double *rows, con
     position[c] = p[c] / p[3] + below[c] - at[c] - centre[c];
 }
 
-static int plant_trees(starter *st, const tsi_allocator *allocator) {
+static void fill_nets(const tsolid_boundary *boundary, const tsi_side *s, double *net) {
+  int size = (s->degree[0] + 1) * (s->degree[1] + 1);
+  for (int e = 0; e < s->n_elements; e++, net += 4 * size)
+    for (int k = s->function_start[e]; k < s->function_start[e + 1]; k++) {
+      const double *c = s->coefficient + (size_t)k * (size_t)size;
+      const double *point = boundary->points + 4 * (size_t)s->function[k];
+      for (int i = 0; i < size; i++)
+        for (int j = 0; j < 4; j++)
+          net[4 * i + j] += c[i] * point[j];
+    }
+}
+
+static int prepare_sides(starter *st, const tsi_allocator *allocator) {
   for (int side = 0; side < 6; side++) {
     const tsi_side *s = &st->space->boundary->side[side];
+    size_t size = (size_t)(s->degree[0] + 1) * (size_t)(s->degree[1] + 1);
+    st->net[side] = tsi_new(allocator, (size_t)s->n_elements * size, 4 * sizeof(double));
+    if (!st->net[side])
+      return 0;
+    fill_nets(st->space->boundary, s, st->net[side]);
     double *box = tsi_new(allocator, (size_t)s->n_elements, 6 * sizeof *box);
     for (int e = 0; box && e < s->n_elements; e++)
       for (int i = 0; i < 4; i++)
@@ -275,7 +288,7 @@ tsolid_status tsi_transfinite_start(tsolid_context *context, const tsolid_space 
   starter st = {.space = space};
   tsolid_status status = TSOLID_OK;
   double *rows = tsi_new(&context->allocator, (size_t)space->n_surface, 18 * sizeof *rows);
-  if (!rows || !plant_trees(&st, &context->allocator)) {
+  if (!rows || !prepare_sides(&st, &context->allocator)) {
     status = tsi_no_memory(context, STAGE);
     goto done;
   }
@@ -297,8 +310,10 @@ tsolid_status tsi_transfinite_start(tsolid_context *context, const tsolid_space 
     place_minus(&st, i, rows + 18 * (size_t)i, centre,
                 position + 3 * ((size_t)space->n_inner + (size_t)i));
 done:
-  for (int side = 0; side < 6; side++)
+  for (int side = 0; side < 6; side++) {
     tsi_bvh_free(st.tree[side]);
+    tsi_delete(&context->allocator, st.net[side]);
+  }
   tsi_delete(&context->allocator, rows);
   return status;
 }
