@@ -9,7 +9,8 @@
 static long check_n_passed, check_n_failed;
 
 #define CHECK(condition) check_that((condition) != 0, #condition, __FILE__, __LINE__)
-#define CHECK_NEAR(a, b, tolerance) check_near((a), (b), (tolerance), #a " = " #b, __FILE__, __LINE__)
+#define CHECK_NEAR(a, b, tolerance)                                                                \
+  check_near((a), (b), (tolerance), #a " = " #b, __FILE__, __LINE__)
 
 static inline int check_that(int passed, const char *text, const char *file, int line) {
   if (passed) {

@@ -16,7 +16,8 @@ static double random_unit(void) {
   return (double)(state >> 11) * 0x1p-53;
 }
 
-/* ---- sets of boxes ------------------------------------------------------------------------------------- */
+/* ---- sets of boxes
+ * ------------------------------------------------------------------------------------- */
 
 typedef struct box_set {
   int n_lines[3], n, capacity, *box;
@@ -97,7 +98,8 @@ static tsolid_space *space_of(tsolid_context *context, const tsolid_tmesh *tmesh
   return space;
 }
 
-/* ---- counts ---------------------------------------------------------------------------------------------- */
+/* ---- counts
+ * ---------------------------------------------------------------------------------------------- */
 
 /* Known counts of functions for n cells per axis under n cubic spans per side. */
 static void test_counts(tsolid_context *context) {
@@ -119,7 +121,8 @@ static void test_counts(tsolid_context *context) {
   }
 }
 
-/* ---- rays, by brute force -------------------------------------------------------------------------------------- */
+/* ---- rays, by brute force
+ * -------------------------------------------------------------------------------------- */
 
 static int face_holds(const int *cell, int axis, int plane, const int *node) {
   if (cell[axis] != plane && cell[axis + 3] != plane)
@@ -169,7 +172,8 @@ static void test_rays(tsolid_context *context) {
   }
 }
 
-/* ---- extraction against de Boor --------------------------------------------------------------------------------- */
+/* ---- extraction against de Boor
+ * --------------------------------------------------------------------------------- */
 
 /* Cubic B-spline with these knots at x, by its divided-difference recursion. */
 static double slow_bspline(const double *knot, int degree, double x) {
@@ -236,8 +240,8 @@ static void test_extraction(tsolid_context *context) {
       memset(value, 0, (size_t)space->n_inner * sizeof *value);
       from_rows(space, e, u, value);
       for (int f = 0; f < space->n_inner; f++)
-        largest = fmax(largest,
-                       fabs(value[f] - slow_function(space, f, space->element[e].block, u)));
+        largest =
+            fmax(largest, fabs(value[f] - slow_function(space, f, space->element[e].block, u)));
       volume += element_volume(&space->element[e]);
     }
     CHECK_NEAR(largest, 0.0, 1e-13);
@@ -253,7 +257,9 @@ static void test_extraction(tsolid_context *context) {
   }
 }
 
-/* ---- refusals ------------------------------------------------------------------------------------------------------ */
+/* ---- refusals
+ * ------------------------------------------------------------------------------------------------------
+ */
 
 static void test_refusals(tsolid_context *context) {
   box_set s = make_boxes(2, 0);
