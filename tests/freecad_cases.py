@@ -193,6 +193,14 @@ class Conversion(unittest.TestCase):
         wrong.setPole(2, 1, wrong.getPole(2, 1) + Vector(1e-6, 0, 0))
         self.assertGreater(convert._conversion_deviation(face.Surface, wrong, box), 1e-8)
 
+    def test_approximate_conversion_is_refused(self):
+        """An offset surface is no B-spline; what toNurbs() makes of it is off, and seen to be."""
+        surface = convert.surface_of_patch(random_patch((2, 2), (5, 5), False, random.Random(5)))
+        face = Part.OffsetSurface(surface, 1.0).toShape()
+        (refused,) = convert._source(face, "Face7", convert.Names(face))
+        self.assertEqual(refused.where, "Face7")
+        self.assertGreater(refused.measured, refused.allowed)
+
 
 class Refusals(unittest.TestCase):
     """Everything that is not taken is named, with the reason and the place."""

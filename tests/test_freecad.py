@@ -231,6 +231,41 @@ class Launcher(WithFolder):
             self.assertEqual(report["verdict"], "positive")
 
 
+@unittest.skipUnless("TSOLID_BUILD_DIR" in os.environ, "no TSOLID_BUILD_DIR")
+class Installed(WithFolder):
+    """`cmake --install` gives an add-on that finds its library by itself, also when moved."""
+
+    def test_launcher_and_addon(self):
+        prefix, moved = self.path("prefix"), self.path("mo ved")
+        command = ["cmake", "--install", os.environ["TSOLID_BUILD_DIR"], "--prefix", prefix]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        os.rename(prefix, moved)
+        addon = os.path.join(moved, "share", "freecad", "Mod", "tsolid")
+        environment = {k: v for k, v in os.environ.items() if not k.startswith("TSOLID_LIBRARY")}
+        environment.pop("PYTHONPATH", None)
+        step = self.made("box", "a.step")
+        launcher = os.path.join(addon, "freecad_workbench", "bin", "tsolid-freecad")
+        run = subprocess.run([launcher, "check", step], env=environment, stdout=subprocess.PIPE)
+        self.assertEqual(run.returncode, 0)
+        self.assertIn(b"satisfied", run.stdout)
+        self.check_addon(addon, environment)
+
+    def check_addon(self, addon, environment):
+        """FreeCAD itself finds the namespace package in the add-on's folder."""
+        script, answer = self.path("try_addon.py"), self.path("answer")
+        with open(script, "w", encoding="utf-8") as stream:
+            stream.write(
+                "import Part, freecad.tsolid as ts\n"
+                "text = ts.check(Part.makeBox(1, 2, 3)).verdict + ' ' + ts.__file__\n"
+                "open(%r, 'w').write(text)\n" % answer
+            )
+        command = [binding_parts.FREECAD, script, "-M", addon]  # the script first: see its parser
+        nowhere = subprocess.DEVNULL
+        subprocess.run(command, env=environment, stdin=nowhere, stdout=nowhere)
+        with open(answer, encoding="utf-8") as stream:
+            self.assertRegex(stream.read(), "^satisfied .*mo ved")
+
+
 class BadInput(WithFolder):
     """One clear message with the place, exit code 1, nothing written or overwritten."""
 

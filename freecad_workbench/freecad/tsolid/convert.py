@@ -290,7 +290,17 @@ def _source(face, name, names):
         return [_error(name, text, point=face.CenterOfMass)]
     if face.Area <= 0.0:
         return [_error(name, "the face has no area")]
-    converted = _as_bspline(face)
+    kind, deviation = type(face.Surface).__name__, 0.0
+    try:
+        converted = _as_bspline(face)
+        if converted is not face:
+            box = converted.ParameterRange
+            deviation = _conversion_deviation(face.Surface, converted.Surface, box)
+    except (Part.OCCError, IndexError, TypeError) as error:
+        return [_error(name, "%s cannot be re-written as a B-spline (%s)" % (kind, error))]
+    if not deviation <= TOLERANCE:
+        text = "%s has no exact B-spline form: re-writing it changes it" % kind
+        return [_error(name, text, measured=deviation, allowed=TOLERANCE)]
     own = _FaceNames(face, names)
     trim = _Trim(converted, own.edge, own.vertex)
     if trim.problems:
@@ -311,10 +321,6 @@ def _source(face, name, names):
         corner_names=[own.vertex(surface.value(u, v)) for u, v in corners],
         border_tolerance=[own.tolerance(edges) for edges in trim.edges],
     )
-    kind = type(face.Surface).__name__
-    deviation = 0.0
-    if converted is not face:
-        deviation = _conversion_deviation(face.Surface, surface, trim.box)
     sign = -1 if converted.Orientation == "Reversed" else 1
     return Source(name, patch, surface, trim.box, sign, kind, deviation)
 

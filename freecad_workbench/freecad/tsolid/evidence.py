@@ -83,6 +83,9 @@ def exactness(context, sources, boundary, solid):
         worst, place = exactness_of_face(context, source, placement, solid, numbers)
         declared = declared_of_side(preparation, placement.side)
         declared += declared_of_knots(preparation, source.patch)
+        worst += source.deviation  # of the surface as read from the one that was sampled
+        if source.deviation > _RELATIVE * scale:
+            declared += source.deviation
         allowed = _RELATIVE * scale + declared
         rows.append(
             {
