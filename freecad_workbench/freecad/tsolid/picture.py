@@ -17,7 +17,7 @@ from . import binding
 BACKGROUND = np.array([1.0, 1.0, 1.0])
 LINE_COLOUR = np.array([0.10, 0.12, 0.16])
 OVERSAMPLING = 2
-MAX_CANDIDATES = 2_000_000
+CHUNK = 20000  # triangles drawn at once
 
 
 # ---- what is seen --------------------------------------------------------------------------------
@@ -202,7 +202,7 @@ def tessellate(elements, kept, n=None):
     faces = visible_faces(elements, kept)
     height = elements.radius()
     if n is None:
-        n = int(min(24, max(4, math.sqrt(80000 / max(1, len(faces))))))
+        n = int(min(24, max(4, math.sqrt(40000 / max(1, len(faces))))))
     groups = {}
     for element, axis, end in faces:
         key = (tuple(elements.degree[element]), axis, end)
@@ -258,48 +258,77 @@ class Raster:
         self.triangle = np.full(width * height, -1)
         self.weight = np.zeros((width * height, 3))
 
-    def draw(self, seen, triangle):
-        corner = seen[triangle]  # [triangle, corner, xyz]
-        low = np.ceil(corner[:, :, :2].min(1) - 0.5).astype(int)
-        high = np.floor(corner[:, :, :2].max(1) - 0.5).astype(int)
-        low = np.maximum(low, 0)
-        high = np.minimum(high, [self.width - 1, self.height - 1])
-        size = (high - low).max(1) + 1
-        size[(high < low).any(1)] = 0
-        reach = 1
-        while reach // 2 < size.max(initial=0):
-            members = np.flatnonzero((size > reach // 2) & (size <= reach))
-            step = max(1, MAX_CANDIDATES // reach**2)
-            for start in range(0, len(members), step):
-                some = members[start:start + step]
-                self._draw_some(some, corner[some], low[some], reach)
-            reach *= 2
+    def draw(self, seen, triangle, which):
+        """Draws the triangles with the numbers `which`."""
+        for start in range(0, len(which), CHUNK):
+            some = which[start:start + CHUNK]
+            self._draw_some(some, seen[triangle[some]])
 
-    def _draw_some(self, index, corner, low, reach):
-        """All pixels of a square of `reach` pixels beside each triangle at once."""
-        dy, dx = np.divmod(np.arange(reach * reach), reach)
-        x = low[:, :1] + dx
-        y = low[:, 1:] + dy
-        a, b, c = corner[:, 0], corner[:, 1], corner[:, 2]
-        area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-        area = np.where(area == 0, np.inf, area)[:, None]
-        px, py = x + 0.5 - a[:, :1], y + 0.5 - a[:, 1:2]
-        wb = (px * (c - a)[:, 1:2] - py * (c - a)[:, :1]) / area
-        wc = (py * (b - a)[:, :1] - px * (b - a)[:, 1:2]) / area
-        wa = 1 - wb - wc
-        inside = (np.minimum(np.minimum(wa, wb), wc) >= -1e-7) & np.isfinite(area)
-        inside &= (x < self.width) & (y < self.height)
-        row, column = np.nonzero(inside)
-        pixel = y[row, column] * self.width + x[row, column]
-        weight = np.stack([w[row, column] for w in (wa, wb, wc)], 1)
+    def _draw_some(self, number, corner):
+        row, y = _expand(*self._rows(corner))
+        first, last = _spans(corner[row], y + 0.5)
+        first, last = np.maximum(first, 0), np.minimum(last, self.width - 1)
+        pair, x = _expand(first, last)
+        row, y = row[pair], y[pair]
+        weight = _barycentric(corner[row], x + 0.5, y + 0.5)
         depth = np.einsum("ni,ni->n", weight, corner[row, :, 2])
-        nearer = depth > self.depth[pixel]
-        order = np.flatnonzero(nearer)
-        order = order[np.argsort(depth[order], kind="stable")]
+        pixel = y * self.width + x
+        nearer = np.flatnonzero(depth > self.depth[pixel])
+        order = nearer[np.argsort(depth[nearer], kind="stable")]
         # Of repeated pixels the last, that is the nearest, stays.
         self.depth[pixel[order]] = depth[order]
-        self.triangle[pixel[order]] = index[row[order]]
+        self.triangle[pixel[order]] = number[row[order]]
         self.weight[pixel[order]] = weight[order]
+
+    def _rows(self, corner):
+        """First and last row of pixels whose middle a triangle reaches."""
+        low = np.ceil(corner[:, :, 1].min(1) - 0.5).astype(int)
+        high = np.floor(corner[:, :, 1].max(1) - 0.5).astype(int)
+        return np.maximum(low, 0), np.minimum(high, self.height - 1)
+
+
+def _expand(first, last):
+    """All (k, i) with first[k] <= i <= last[k], as two arrays."""
+    count = np.maximum(last - first + 1, 0)
+    k = np.repeat(np.arange(len(count)), count)
+    start = np.cumsum(count) - count
+    return k, np.arange(len(k)) - start[k] + first[k]
+
+
+def _spans(corner, y):
+    """First and last pixel of the triangles [n, corner, xyz] on the lines y[n]. Pixels belong to
+    the triangle whose half-open span holds their middle: neighbours leave no gap."""
+    low, high = np.full(len(y), np.inf), np.full(len(y), -np.inf)
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        p, q = corner[:, a], corner[:, b]
+        swap = (p[:, 1] > q[:, 1])[:, None]
+        p, q = np.where(swap, q, p), np.where(swap, p, q)
+        crosses = (p[:, 1] <= y) & (q[:, 1] > y)
+        rise = np.where(crosses, q[:, 1] - p[:, 1], 1)
+        x = p[:, 0] + (y - p[:, 1]) / rise * (q[:, 0] - p[:, 0])
+        low = np.where(crosses, np.minimum(low, x), low)
+        high = np.where(crosses, np.maximum(high, x), high)
+    empty = low > high
+    low[empty], high[empty] = 0, 0
+    return np.ceil(low - 0.5).astype(int), np.ceil(high - 0.5).astype(int) - 1
+
+
+def _barycentric(corner, x, y):
+    a = corner[:, 0, :2]
+    b, c = corner[:, 1, :2] - a, corner[:, 2, :2] - a
+    x, y = x - a[:, 0], y - a[:, 1]
+    area = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
+    area = np.where(area == 0, 1e-300, area)
+    wb = np.clip((x * c[:, 1] - y * c[:, 0]) / area, 0, 1)
+    wc = np.clip((y * b[:, 0] - x * b[:, 1]) / area, 0, 1 - wb)
+    return np.stack([1 - wb - wc, wb, wc], 1)
+
+
+def _facing(mesh, camera):
+    """Triangles not turned away; all of them where an element is inverted."""
+    if mesh.jacobian.min() <= 0:
+        return np.arange(len(mesh.triangle))
+    return np.flatnonzero((mesh.normal @ camera.eye)[mesh.triangle].max(1) > -1e-6)
 
 
 def _line_strength(seen, mesh, index, weight, width):
@@ -331,7 +360,7 @@ def render(mesh, camera, width, height, colour_of, line_width=1.1):
     camera.fit(mesh.point, width * factor, height * factor)
     seen = camera.project(mesh.point)
     raster = Raster(width * factor, height * factor)
-    raster.draw(seen, mesh.triangle)
+    raster.draw(seen, mesh.triangle, _facing(mesh, camera))
     pixel = np.flatnonzero(raster.triangle >= 0)
     index, weight = raster.triangle[pixel], raster.weight[pixel]
 
@@ -341,7 +370,7 @@ def render(mesh, camera, width, height, colour_of, line_width=1.1):
     normal = _unit(interpolate(mesh.normal)) @ camera.frame
     normal *= np.where(normal[:, 2:] < 0, -1, 1)
     key_light = _unit(np.array([-0.35, 0.65, 0.70]))
-    light = 0.52 + 0.22 * normal[:, 2] + 0.28 * np.clip(normal @ key_light, 0, 1)
+    light = 0.60 + 0.18 * normal[:, 2] + 0.24 * np.clip(normal @ key_light, 0, 1)
     colour = colour_of(interpolate(mesh.jacobian)) * light[:, None]
     line = _line_strength(seen, mesh, index, weight, line_width * factor)[:, None] * 0.85
     image = np.tile(BACKGROUND, (raster.width * raster.height, 1))
@@ -357,12 +386,13 @@ def _share(mesh, towards, only_cut):
     """The share of a small picture that the part, or its cut, fills."""
     camera = Camera(towards).fit(mesh.point, 160, 120)
     raster = Raster(160, 120)
-    raster.draw(camera.project(mesh.point), mesh.triangle)
+    raster.draw(camera.project(mesh.point), mesh.triangle, _facing(mesh, camera))
     index = raster.triangle[raster.triangle >= 0]
     return (mesh.on_cut[index].sum() if only_cut else len(index)) / raster.triangle.size
 
 
-VIEWS = [(x, y, z) for z in (0.8, 1.6) for x, y in ((1.0, -1.35), (1.35, 1), (-1, 1.35), (-1.35, -1))]
+_AROUND = ((1.0, -1.35), (1.35, 1.0), (-1.0, 1.35), (-1.35, -1.0))
+VIEWS = [(x, y, z) for z in (0.8, 1.6) for x, y in _AROUND]
 
 
 def choose_view(elements):
