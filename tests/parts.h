@@ -87,7 +87,7 @@ static inline tsolid_boundary *part_boundary(tsolid_context *context, const part
   return boundary;
 }
 
-/* The harmonic start over the net's faces; NULL when anything failed. */
+/* The start over the net's faces; NULL when anything failed. */
 static inline tsolid_solid *part_solid(tsolid_context *context, const part_net *net) {
   tsolid_tmesh *tmesh = NULL;
   tsolid_space *space = NULL;

@@ -14,7 +14,7 @@ static const char help[] =
     "  -o FILE             the solid (.tsolid)\n"
     "  --report FILE       the report as JSON\n"
     "  --vtu FILE          the solid for VTK and ParaView\n"
-    "  --effort E          none (harmonic start only), quick, default or thorough\n"
+    "  --effort E          none (the start only), quick, default or thorough\n"
     "  --threads N         0 (default): all processors; results do not depend on it\n"
     "  --refine-knots K    halve every knot span of the sides K times before (exact)\n"
     "  --raise-degree K    raise the degree of the sides by K before (exact)\n"

@@ -117,7 +117,7 @@ static void print_quality(const tsolid_quality *q) {
   print_title("");
   printf("mean %.6g, best %.6g", q->mean, q->best);
   if (!isnan(q->start_worst))
-    printf("; worst of the harmonic start %.6g", q->start_worst);
+    printf("; worst of the start %.6g", q->start_worst);
   printf("\n");
   print_title("");
   printf("ratio %.4g to the input's own bound %.6g at ", q->ratio, q->bound);

@@ -602,7 +602,7 @@ class Solid(_Handle):
 
     @classmethod
     def create(cls, context, space):
-        """Positive inner weights and a harmonic start."""
+        """Positive inner weights and a smooth start."""
         handle = c_void_p()
         context.call("tsolid_solid_create", space.handle, byref(handle))
         return cls(context, handle)
