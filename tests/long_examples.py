@@ -6,12 +6,10 @@ TSOLID_TEST_SEED takes another seed than the default; it is printed."""
 import os
 import random
 import sys
-import unittest
 
 import binding_parts
 import example_chain
-import test_examples
-from example_chain import Chain, files_of
+from example_chain import OWN_SIDES, Chain, ChainCase, files_of
 from rewrite_part import cube_symmetries, relabelled, shuffled
 
 from examples.parts import PARTS
@@ -21,10 +19,7 @@ SEED = os.environ.get("TSOLID_TEST_SEED", DEFAULT_SEED)
 N_RANDOM = 50
 
 
-class LongTest(test_examples.ChainTest):
-    test_named_parts = test_first_random_parts = test_rewritten = None  # more of them below
-    test_48_orientations_and_shuffles = test_threads = test_moved_control_point_is_found = None
-
+class LongTest(ChainCase):
     def in_all_writings(self, name, patches, snapped):
         with self.subTest(name):
             self.chain(patches, name, snapped=snapped)
@@ -35,7 +30,7 @@ class LongTest(test_examples.ChainTest):
     def test_all_named_parts(self):
         print("\n" + example_chain.HEADING)
         for name, make in PARTS.items():
-            self.in_all_writings(name, make(), name in test_examples.OWN_SIDES)
+            self.in_all_writings(name, make(), name in OWN_SIDES)
 
     def test_all_random_parts(self):
         print("\nseed %s\n%s" % (SEED, example_chain.HEADING))
@@ -56,11 +51,6 @@ class LongTest(test_examples.ChainTest):
                 with self.subTest("%s %d" % (name, k)):
                     for here, there in zip(files_of(chain), first):
                         self.assertTrue(here == there)
-
-
-def load_tests(loader, tests, pattern):
-    """Not the quick test that is imported for its base class."""
-    return loader.loadTestsFromTestCase(LongTest)
 
 
 if __name__ == "__main__":

@@ -4,35 +4,18 @@
 import os
 import random
 import sys
-import tempfile
-import unittest
 
 import binding_parts
 import example_chain
 from binding_parts import binding
-from example_chain import Chain, files_of
+from example_chain import OWN_SIDES, Chain, ChainCase, files_of
 from rewrite_part import (cube_symmetries, relabelled, rescaled_by_two, shuffled)
 
 from examples.parts import PARTS
 from examples.random_parts import DEFAULT_SEED, random_part
 
-# Their sides meet in the same curves, raised and refined apart: rows may differ by round-off.
-OWN_SIDES = {"mixed_sides"}
 
-
-class ChainTest(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder = folder.name
-
-    def chain(self, patches, name, *options, snapped=False, least_ratio=0.5):
-        chain = Chain(patches, self.folder, name, *options)
-        print(chain.row(), flush=True)
-        self.assertEqual(chain.failures(least_ratio=least_ratio, snapped=snapped), [])
-        return chain
-
+class ChainTest(ChainCase):
     def test_named_parts(self):
         print("\n" + example_chain.HEADING)
         for name, make in PARTS.items():
