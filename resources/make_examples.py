@@ -17,7 +17,7 @@ sys.path.insert(0, HERE)
 
 from examples.parts import PARTS  # noqa: E402
 from examples.random_parts import DEFAULT_SEED, random_part  # noqa: E402
-from examples.splines import read_tsb, write_tsb  # noqa: E402
+from examples.splines import write_tsb  # noqa: E402
 
 # FreeCAD's own options would swallow ours: they travel in the environment.
 LAUNCH = ("import os,sys; sys.path.insert(0, os.environ['TSOLID_EXAMPLES']); "
