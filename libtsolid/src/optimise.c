@@ -272,7 +272,8 @@ static tsolid_status descend(optimiser *o, int max_steps) {
   for (int i = 0; i < n; i++)
     x[i] = o->position[i] / o->diagonal[i / 3];
   int rc = lbfgs(n, x, &fx, evaluate, progress, o, &parameter);
-  (void)rc; /* whatever the reason to stop, the last point is the best so far */
+  if (rc == LBFGSERR_OUTOFMEMORY) /* else: whatever the reason to stop, the last point is good */
+    o->status = tsi_no_memory(o->context, STAGE);
   for (int i = 0; i < n; i++)
     o->position[i] = x[i] * o->diagonal[i / 3];
   lbfgs_free(x);
