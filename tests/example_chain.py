@@ -7,7 +7,6 @@ resources/examples on the original patches, volume by the flux through them.
 import json
 import os
 import random
-import resource
 import subprocess
 import tempfile
 import time
@@ -34,13 +33,12 @@ def command_path():
 
 
 def run_command(*arguments):
-    """Exit code, what it said, seconds, and the largest memory of any child so far in MiB."""
+    """Exit code, what it said, seconds."""
     start = time.perf_counter()
     run = subprocess.run([command_path()] + list(arguments), stdin=subprocess.DEVNULL,
                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     seconds = time.perf_counter() - start
-    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-    return run.returncode, run.stdout.decode("utf-8", "replace"), seconds, peak
+    return run.returncode, run.stdout.decode("utf-8", "replace"), seconds
 
 
 def scale_of(patches):
@@ -80,7 +78,7 @@ class Chain:
         self.report_path = os.path.join(folder, name + ".json")
         self.vtu_path = os.path.join(folder, name + ".vtu")
         write_tsb(patches, self.given)
-        self.code, self.text, self.seconds, _ = run_command(
+        self.code, self.text, self.seconds = run_command(
             "build", self.given, "-o", self.path, "--report", self.report_path,
             "--vtu", self.vtu_path, *options)
         self.report = None
@@ -140,13 +138,14 @@ class Chain:
         layer = self.solid.control.tobytes()[-32 * n_surface:]
         largest_snap = max(preparation["snap"] + preparation["snap_inside"])
         facts = [
-            (distance <= DISTANCE * scale, "distance %g, allowed %g" % (distance, DISTANCE * scale)),
+            (distance <= DISTANCE * scale, "distance %g, more than %g" % (distance,
+                                                                         DISTANCE * scale)),
             (abs(conformity["scale"] / prepared_scale - 1) < 1e-12,
              "scale %g" % conformity["scale"]),
             (snapped or largest_snap == 0, "snapped by %g" % largest_snap),
             (largest_snap <= 1e-7, "snapped by %g, beyond the tolerance" % largest_snap),
             (conformity["control_identical"] is True, "boundary control points not identical"),
-            (layer == self.prepared.points.tobytes(), "boundary layer is not the prepared boundary"),
+            (layer == self.prepared.points.tobytes(), "boundary layer is not the boundary"),
             (basis["sum_defect"] <= SUM, "sum defect %g" % basis["sum_defect"]),
             (basis["smallest_value"] >= 0, "negative function %g" % basis["smallest_value"]),
             (basis["rank_measured"] is True, "ranks not measured"),

@@ -57,7 +57,8 @@ def exact_sum(knots, degree, x):
         if knots[i + p] > knots[i]:
             total += (x - knots[i]) / (knots[i + p] - knots[i]) * value(i, p - 1)
         if knots[i + p + 1] > knots[i + 1]:
-            total += (knots[i + p + 1] - x) / (knots[i + p + 1] - knots[i + 1]) * value(i + 1, p - 1)
+            share = (knots[i + p + 1] - x) / (knots[i + p + 1] - knots[i + 1])
+            total += share * value(i + 1, p - 1)
         return total
 
     return [value(i, degree) for i in range(len(knots) - degree - 1)]

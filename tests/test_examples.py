@@ -36,6 +36,13 @@ class ChainTest(ChainCase):
                     self.chain(patches, "%s_%s" % (name, word), "--effort", "quick", snapped=True,
                                least_ratio=0.3)
 
+    def test_mirrored(self):
+        """Another part, the mirror image: as good as the first."""
+        patches = PARTS["wedge"]()
+        for patch in patches:
+            patch.points[..., 0] *= -1
+        self.chain(patches, "mirrored", "--effort", "quick", least_ratio=0.3)
+
     def test_moved_control_point_is_found(self):
         """One stored control point moved by 1e-9 of the scale: no longer conformal."""
         chain = Chain(PARTS["wedge"](), self.folder, "to_move", "--effort", "none")

@@ -55,8 +55,8 @@ def propeller_blade():
     return interpolated_volume(point, (3, 3, 1), knots).faces()
 
 
-def wavy_cube():
-    """A 50 mm cube with waves of two periods on all faces."""
+def wavy_cube(spans=6):
+    """A 50 mm cube with waves of two periods on all faces; `spans` knot spans per direction."""
 
     def point(x, y, z):
         a, b, c = 2 * pi * x, 2 * pi * y, 2 * pi * z
@@ -64,7 +64,7 @@ def wavy_cube():
                 50 * y + 2.0 * sin(c + 0.5) * cos(a) + 1.4 * sin(2 * a),
                 50 * z + 2.4 * cos(a) * sin(b + 0.3) + 1.0 * cos(2 * b)]
 
-    return interpolated_volume(point, (3, 3, 3), [uniform_knots(3, 6)] * 3).faces()
+    return interpolated_volume(point, (3, 3, 3), [uniform_knots(3, spans)] * 3).faces()
 
 
 def bulged_section(half, opening):
