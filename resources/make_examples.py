@@ -8,6 +8,7 @@ Without --part all named parts are written; --random N adds N random parts of th
 printed. --step needs FreeCAD (the command freecadcmd, or FREECADCMD).
 """
 import argparse
+import json
 import os
 import subprocess
 import sys
@@ -20,13 +21,13 @@ from examples.random_parts import DEFAULT_SEED, random_part  # noqa: E402
 from examples.splines import write_tsb  # noqa: E402
 
 # FreeCAD's own options would swallow ours: they travel in the environment.
-LAUNCH = ("import os,sys; sys.path.insert(0, os.environ['TSOLID_EXAMPLES']); "
-          "from examples.shapes import run; run(os.environ['TSOLID_EXAMPLE_JOBS'].split('\\n'))")
+LAUNCH = ("import json,os,sys; sys.path.insert(0, os.environ['TSOLID_EXAMPLES']); "
+          "from examples.shapes import run; run(json.loads(os.environ['TSOLID_EXAMPLE_JOBS']))")
 
 
 def write_shapes(paths):
     """Has FreeCAD turn .tsb files into .step and .brep beside them."""
-    environment = dict(os.environ, TSOLID_EXAMPLES=HERE, TSOLID_EXAMPLE_JOBS="\n".join(paths))
+    environment = dict(os.environ, TSOLID_EXAMPLES=HERE, TSOLID_EXAMPLE_JOBS=json.dumps(paths))
     command = [os.environ.get("FREECADCMD", "freecadcmd"), "-c", LAUNCH]
     return subprocess.run(command, env=environment, stdin=subprocess.DEVNULL).returncode
 

@@ -138,8 +138,7 @@ class Chain:
         layer = self.solid.control.tobytes()[-32 * n_surface:]
         largest_snap = max(preparation["snap"] + preparation["snap_inside"])
         facts = [
-            (distance <= DISTANCE * scale, "distance %g, more than %g" % (distance,
-                                                                         DISTANCE * scale)),
+            (distance <= DISTANCE * scale, "distance %g at scale %g" % (distance, scale)),
             (abs(conformity["scale"] / prepared_scale - 1) < 1e-12,
              "scale %g" % conformity["scale"]),
             (snapped or largest_snap == 0, "snapped by %g" % largest_snap),
@@ -181,8 +180,8 @@ class Chain:
             r["certificate"]["verdict"])
 
 
-HEADING = "%-24s %6s %6s %7s %9s %6s %7s  %s" % ("part", "funcs", "elems", "bound", "worst J",
-                                               "ratio", "seconds", "certificate")
+HEADING = "%-24s %6s %6s %7s %9s %6s %7s  %s" % (
+    "part", "funcs", "elems", "bound", "worst J", "ratio", "seconds", "certificate")
 
 
 def rewritings(patches, folder, seed, step=True):

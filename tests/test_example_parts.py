@@ -5,6 +5,7 @@ import glob
 import os
 import random
 import shutil
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -158,9 +159,8 @@ class PartsTest(unittest.TestCase):
             for i in (0, 1):
                 for j in (0, 1):
                     _, a, b = patch.derivatives([float(i)], [float(j)])
-                    a, b = (d[0, 0] / np.linalg.norm(d) * s for d, s in ((a, 1 - 2 * i),
-                                                                       (b, 1 - 2 * j)))
-                    angles.append(np.degrees(np.arccos(a @ b)))
+                    a, b = (d[0, 0] / np.linalg.norm(d) for d in (a, b))
+                    angles.append(np.degrees(np.arccos(a @ b * (1 - 2 * i) * (1 - 2 * j))))
         self.assertLess(min(angles), 36)
 
     def test_committed_files_are_current(self):
@@ -255,6 +255,45 @@ class RewriteTest(unittest.TestCase):
             with self.subTest(name), tempfile.TemporaryDirectory() as folder:
                 # STEP files carry 12 digits
                 self.check(rewrite_part.through_step(patches, folder), patches, 5e-12)
+
+
+class ScriptTest(unittest.TestCase):
+    def run_script(self, *arguments, **environment):
+        script = os.path.join(ROOT, "resources", "make_examples.py")
+        run = subprocess.run([sys.executable, script] + list(arguments), stdin=subprocess.DEVNULL,
+                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                             env=dict(os.environ, **environment))
+        return run.returncode, run.stdout.decode("utf-8", "replace")
+
+    def test_chosen_parts_and_random_ones(self):
+        with tempfile.TemporaryDirectory() as folder:
+            code, said = self.run_script("--out", folder, "--part", "box", "--random", "2",
+                                         "--seed", "five")
+            self.assertEqual((code, sorted(os.listdir(folder))),
+                             (0, ["box.tsb", "random_00.tsb", "random_01.tsb"]))
+            self.assertIn("seed five", said)
+            self.assertNotEqual(random_part("five", 0)[0].describe(),
+                                random_part(DEFAULT_SEED, 0)[0].describe())
+
+    @unittest.skipUnless(shutil.which(os.environ.get("FREECADCMD", "freecadcmd")), "no FreeCAD")
+    def test_step(self):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = os.path.join(folder, "two words\nand a line")
+            code, said = self.run_script("--out", folder, "--part", "elbow", "--step")
+            self.assertEqual(code, 0, said)
+            self.assertEqual(sorted(os.listdir(folder)), ["elbow.brep", "elbow.step", "elbow.tsb"])
+            with open(os.path.join(folder, "elbow.step"), encoding="utf-8") as source:
+                text = source.read()
+            self.assertEqual(text.count("ADVANCED_FACE("), 6)
+            self.assertEqual(text.count("MANIFOLD_SOLID_BREP("), 1)
+
+    @unittest.skipUnless(shutil.which(os.environ.get("FREECADCMD", "freecadcmd")), "no FreeCAD")
+    def test_what_does_not_close_is_an_error(self):
+        patches = PARTS["box"]()
+        patches[0].points[0, 0, 0] += 1.0
+        with tempfile.TemporaryDirectory() as folder:
+            with self.assertRaisesRegex(RuntimeError, "do not close"):
+                rewrite_part.through_step(patches, folder)
 
 
 if __name__ == "__main__":
