@@ -5,7 +5,7 @@
     make_examples.py [--out DIR] [--part NAME]... [--random N] [--seed S] [--step]
 
 Without --part all named parts are written; --random N adds N random parts of the seed, which is
-printed. --step needs FreeCAD (the command freecadcmd, or FREECADCMD).
+printed. --step needs FreeCAD (the command freecadcmd, or what TSOLID_FREECADCMD names).
 """
 import argparse
 import json
@@ -28,7 +28,7 @@ LAUNCH = ("import json,os,sys; sys.path.insert(0, os.environ['TSOLID_EXAMPLES'])
 def write_shapes(paths):
     """Has FreeCAD turn .tsb files into .step and .brep beside them."""
     environment = dict(os.environ, TSOLID_EXAMPLES=HERE, TSOLID_EXAMPLE_JOBS=json.dumps(paths))
-    command = [os.environ.get("FREECADCMD", "freecadcmd"), "-c", LAUNCH]
+    command = [os.environ.get("TSOLID_FREECADCMD", "freecadcmd"), "-c", LAUNCH]
     return subprocess.run(command, env=environment, stdin=subprocess.DEVNULL).returncode
 
 

@@ -172,7 +172,7 @@ def through_step(patches, folder):
             "from examples.shapes import round_trip; round_trip(os.environ['TSOLID_EXAMPLE'])")
     environment = dict(os.environ, TSOLID_EXAMPLES=os.path.join(ROOT, "resources"),
                        TSOLID_EXAMPLE=path)
-    run = subprocess.run([os.environ.get("FREECADCMD", "freecadcmd"), "-c", code],
+    run = subprocess.run([os.environ.get("TSOLID_FREECADCMD", "freecadcmd"), "-c", code],
                          env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                          stderr=subprocess.STDOUT)
     if run.returncode != 0:

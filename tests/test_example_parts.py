@@ -248,7 +248,7 @@ class RewriteTest(unittest.TestCase):
             self.assertEqual(len(set(corners)), 1)
         self.assertEqual((len(symmetries), len(orders)), (48, 48))
 
-    @unittest.skipUnless(shutil.which(os.environ.get("FREECADCMD", "freecadcmd")), "no FreeCAD")
+    @unittest.skipUnless(shutil.which(os.environ.get("TSOLID_FREECADCMD", "freecadcmd")), "no FreeCAD")
     def test_through_step(self):
         for name in ("elbow", "mixed_sides", "grid24"):
             patches = PARTS[name]()
@@ -275,7 +275,7 @@ class ScriptTest(unittest.TestCase):
             self.assertNotEqual(random_part("five", 0)[0].describe(),
                                 random_part(DEFAULT_SEED, 0)[0].describe())
 
-    @unittest.skipUnless(shutil.which(os.environ.get("FREECADCMD", "freecadcmd")), "no FreeCAD")
+    @unittest.skipUnless(shutil.which(os.environ.get("TSOLID_FREECADCMD", "freecadcmd")), "no FreeCAD")
     def test_step(self):
         with tempfile.TemporaryDirectory() as folder:
             folder = os.path.join(folder, "two words\nand a line")
@@ -287,7 +287,7 @@ class ScriptTest(unittest.TestCase):
             self.assertEqual(text.count("ADVANCED_FACE("), 6)
             self.assertEqual(text.count("MANIFOLD_SOLID_BREP("), 1)
 
-    @unittest.skipUnless(shutil.which(os.environ.get("FREECADCMD", "freecadcmd")), "no FreeCAD")
+    @unittest.skipUnless(shutil.which(os.environ.get("TSOLID_FREECADCMD", "freecadcmd")), "no FreeCAD")
     def test_what_does_not_close_is_an_error(self):
         patches = PARTS["box"]()
         patches[0].points[0, 0, 0] += 1.0
