@@ -101,5 +101,7 @@ setup_build() {
     rm -rf "$build"
   fi
   cmake -G Ninja -S "$root" -B "$build" -DCMAKE_C_COMPILER=gcc -DCMAKE_BUILD_TYPE=Release \
-    >/dev/null && cmake --build "$build" ${1:+--target} "$@"
+    >/dev/null || return 1
+  echo "Building in $build"
+  cmake --build "$build" ${1:+--target} "$@" -- --quiet
 }

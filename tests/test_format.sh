@@ -8,15 +8,13 @@ find libtsolid tests -name '*.[ch]' | sort >"$work/c"
 find freecad_workbench resources tests -name '*.py' | sort >"$work/python"
 find tests resources freecad_workbench -name '*.sh' | sort >"$work/shell"
 check "C files found" grep -q context.c "$work/c"
-while read -r file; do
-  check "clang-format" clang-format --dry-run -Werror "$file"
-done <"$work/c"
-while read -r file; do
-  check "flake8" /usr/bin/python3 -m flake8 "$file"
-done <"$work/python"
+check "Python files found" grep -q binding.py "$work/python"
+check "clang-format" xargs -d '\n' clang-format --dry-run -Werror <"$work/c"
+check "flake8" xargs -d '\n' /usr/bin/python3 -m flake8 <"$work/python"
 cat "$work/c" "$work/python" "$work/shell" >"$work/all"
 while read -r file; do
-  check "licence line on top of $file" sh -c 'head -n 3 "$1" | grep -q "SPDX-License-Identifier: LGPL-2.1-or-later"' - "$file"
+  head -n 3 "$file" >"$work/top"
+  check "licence line of $file" grep -q "SPDX-License-Identifier: LGPL-2.1-or-later" "$work/top"
   check "$file has at most 900 lines" test "$(wc -l <"$file")" -le 900
 done <"$work/all"
 while read -r file; do
