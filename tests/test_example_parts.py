@@ -25,6 +25,8 @@ from examples.splines import (basis_matrix, clamped_knots, raised_knots, read_ts
 # Their sides share curves, not rows of control points.
 OWN_SIDES = {"mixed_sides"}
 
+needs_freecad = unittest.skipUnless(shutil.which(binding_parts.FREECAD), "FreeCADCmd is missing")
+
 
 def borders(patch):
     rows = patch.homogeneous()
@@ -248,7 +250,7 @@ class RewriteTest(unittest.TestCase):
             self.assertEqual(len(set(corners)), 1)
         self.assertEqual((len(symmetries), len(orders)), (48, 48))
 
-    @unittest.skipUnless(shutil.which(os.environ.get("TSOLID_FREECADCMD", "freecadcmd")), "no FreeCAD")
+    @needs_freecad
     def test_through_step(self):
         for name in ("elbow", "mixed_sides", "grid24"):
             patches = PARTS[name]()
@@ -275,7 +277,7 @@ class ScriptTest(unittest.TestCase):
             self.assertNotEqual(random_part("five", 0)[0].describe(),
                                 random_part(DEFAULT_SEED, 0)[0].describe())
 
-    @unittest.skipUnless(shutil.which(os.environ.get("TSOLID_FREECADCMD", "freecadcmd")), "no FreeCAD")
+    @needs_freecad
     def test_step(self):
         with tempfile.TemporaryDirectory() as folder:
             folder = os.path.join(folder, "two words\nand a line")
@@ -287,7 +289,7 @@ class ScriptTest(unittest.TestCase):
             self.assertEqual(text.count("ADVANCED_FACE("), 6)
             self.assertEqual(text.count("MANIFOLD_SOLID_BREP("), 1)
 
-    @unittest.skipUnless(shutil.which(os.environ.get("TSOLID_FREECADCMD", "freecadcmd")), "no FreeCAD")
+    @needs_freecad
     def test_what_does_not_close_is_an_error(self):
         patches = PARTS["box"]()
         patches[0].points[0, 0, 0] += 1.0
