@@ -45,7 +45,7 @@ def _text(value):
 def _number(value, digits=6):
     if value is None:
         return "not measured"
-    if isinstance(value, bool):
+    if isinstance(value, bool):  # before int: a bool is one
         return "yes" if value else "no"
     if isinstance(value, int):
         return str(value)
@@ -60,20 +60,27 @@ def _relative(a, b):
     return abs(a - b) / abs(b) if a is not None and b else None
 
 
-def _table(rows, head=None):
-    """Rows of (text or number) cells; numbers to the right. Cells are escaped here."""
+def _is_number(cell):
+    return cell is None or isinstance(cell, (int, float))
 
-    def line(cells, tag):
-        parts = []
-        for k, cell in enumerate(cells):
-            is_number = isinstance(cell, (int, float)) or cell is None
-            shown = _number(cell) if is_number else _text(cell)
-            kind = ' class="number"' if is_number or (tag == "th" and k > 0) else ""
-            parts.append("<%s%s>%s</%s>" % (tag, kind, shown, tag))
-        return "<tr>%s</tr>" % "".join(parts)
 
-    lines = [line(head, "th")] if head else []
-    return "<table>%s</table>" % "\n".join(lines + [line(row, "td") for row in rows])
+def _cell(tag, cell, to_the_right):
+    kind = ' class="number"' if to_the_right else ""
+    return "<%s%s>%s</%s>" % (tag, kind, _number(cell) if _is_number(cell) else _text(cell), tag)
+
+
+def _facts(rows):
+    """Two columns: what, and how much. Cells are escaped here."""
+    lines = [_cell("td", name, False) + _cell("td", value, False) for name, value in rows]
+    return "<table>%s</table>" % "\n".join("<tr>%s</tr>" % line for line in lines)
+
+
+def _table(rows, head):
+    """A table under a head; columns that start with a number stand to the right."""
+    right = [_is_number(cell) for cell in rows[0]]
+    lines = ["".join(_cell("th", c, r) for c, r in zip(head, right))]
+    lines += ["".join(_cell("td", c, r) for c, r in zip(row, right)) for row in rows]
+    return "<table>%s</table>" % "\n".join("<tr>%s</tr>" % line for line in lines)
 
 
 def _section(title, *parts):
@@ -178,7 +185,7 @@ def _requirement(report):
         ("extraordinary vertices (8 wanted)", r["n_extraordinary"]),
         ("violations", r["n_violations"]),
     ]
-    parts = [_table([(a, _number(b) if isinstance(b, bool) else b) for a, b in rows])]
+    parts = [_facts(rows)]
     if r["corner"]:
         corners = [("%d" % k, *map(float, point)) for k, point in enumerate(r["corner"])]
         parts.append(_paragraph("Corners of the cube that the part is taken as:"))
@@ -207,7 +214,7 @@ def _preparation(report):
     if not rows:
         nothing = _paragraph("Nothing was changed: the faces are used as read.")
         return _section("Preparation", nothing)
-    return _section("Preparation: what was changed before the construction", _table(rows))
+    return _section("Preparation: what was changed before the construction", _facts(rows))
 
 
 def _exactness(report):
@@ -227,13 +234,13 @@ def _exactness(report):
             "Largest distance of %d random points per face, as the CAD kernel evaluates the face "
             "that was read, from the solid read back from its file. Allowed: 1e-12 of the scale "
             "plus the declared change." % samples))
-    parts.append(_table([
+    parts.append(_facts([
         ("distance to the prepared boundary, by the library's two evaluators",
          conformity["distance"]),
         ("at so many points", conformity["n_samples"]),
         ("scale (diagonal or largest coordinate)", conformity["scale"]),
         ("boundary control points bit for bit those of the faces",
-         _number(conformity["control_identical"])),
+         conformity["control_identical"]),
     ]))
     return _section("Exactness, face by face", *parts)
 
@@ -249,7 +256,7 @@ def _continuity(report):
     return _section(
         "Continuity inside",
         _table(rows, ("measured on the faces between elements", "area", "share")),
-        _table([
+        _facts([
             ("faces measured", c["n_faces"]),
             ("less smooth than the theory says", c["n_below_expected"]),
             ("largest jump where there should be none, relative to its allowance",
@@ -273,7 +280,7 @@ def _basis(report):
             rows.append(("its round-off; independent when above", b[kind + "_roundoff"]))
     else:
         rows.append(("linear independence", "not measured: too many functions"))
-    return _section("Basis", _table(rows))
+    return _section("Basis", _facts(rows))
 
 
 def _certificate(report):
@@ -291,7 +298,7 @@ def _certificate(report):
         rows.append(("the part itself is singular at", _place(point)))
     return _section(
         "Certificate",
-        _table(rows),
+        _facts(rows),
         _note("det J > 0 is proved by bounds that hold between all sample points, round-off "
               "included."),
     )
@@ -308,7 +315,7 @@ def _quality(report):
         ("mean, best", "%s, %s" % (_number(q["mean"]), _number(q["best"]))),
         ("worst before improvement", q["start_worst"]),
     ]
-    return _section("Quality", _table(rows))
+    return _section("Quality", _facts(rows))
 
 
 def _volume(report):
@@ -325,7 +332,7 @@ def _volume(report):
             ("allowed", volume["allowed"]),
         ]
     shown = [(name, v if v is None else _number(v, 15 if v > 1e-3 else 3)) for name, v in rows]
-    return _section("Volume", _table(shown))
+    return _section("Volume", _facts(shown))
 
 
 def _statistics(report):
@@ -344,17 +351,20 @@ def _statistics(report):
     quality = report["quality"]
     rows.append(("Jacobian (worst, best)",
                  "%s, %s" % (_number(quality["worst"], 3), _number(quality["best"], 3))))
-    return _section("Statistics", _table(rows))
+    return _section("Statistics", _facts(rows))
 
 
 def _options(report):
-    rows = [(k.replace("_", " "), v) for k, v in report.get("options", {}).items() if v]
-    return _section("Options that differ from the default", _table(rows)) if rows else ""
+    options = report.get("options", {}).items()
+    rows = [(k.replace("_", " "), v) for k, v in options if v and v != "default"]
+    return _section("Options that differ from the default", _facts(rows)) if rows else ""
 
 
 def _findings(report):
     rows = []
     for f in report.get("findings", []):
+        if f["severity"] == "note" and f["stage"] in ("exactness", "volume"):
+            continue  # these stand in sections of their own
         place = "" if f["point"] is None else _place(f["point"])
         measured = "" if f["measured"] is None else _number(f["measured"])
         allowed = "" if f["allowed"] is None else _number(f["allowed"])
@@ -369,7 +379,7 @@ def _timing(report):
     rows = [(name, "%.3f s" % seconds) for name, seconds in rows]
     if timing["peak_memory_mib"] is not None:
         rows.append(("peak memory", "%.0f MiB" % timing["peak_memory_mib"]))
-    return _section("Time and memory", _table(rows))
+    return _section("Time and memory", _facts(rows))
 
 
 SECTIONS = (_requirement, _preparation, _exactness, _continuity, _basis, _certificate, _quality,
