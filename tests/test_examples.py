@@ -5,13 +5,15 @@ import os
 import random
 import sys
 
+import numpy as np
+
 import binding_parts
 import example_chain
 from binding_parts import binding
 from example_chain import OWN_SIDES, Chain, ChainCase, files_of
 from rewrite_part import (cube_symmetries, relabelled, rescaled_by_two, shuffled)
 
-from examples.parts import PARTS
+from examples.parts import PARTS, round_bar
 from examples.random_parts import DEFAULT_SEED, random_part
 
 
@@ -42,6 +44,14 @@ class ChainTest(ChainCase):
         for patch in patches:
             patch.points[..., 0] *= -1
         self.chain(patches, "mirrored", "--effort", "quick", least_ratio=0.3)
+
+    def test_tangent_corners_are_named(self):
+        """Proved but for eight corners, and these are the right ones."""
+        chain = self.chain(round_bar(), "round_bar", "--effort", "quick", n_singular=8)
+        for point in chain.report["certificate"]["singular"]:
+            self.assertAlmostEqual(np.hypot(point[0], point[1]), 10.0, delta=1e-12)
+            self.assertAlmostEqual(abs(point[0]), abs(point[1]), delta=1e-12)
+            self.assertIn(round(point[2], 9), (0.0, 60.0))
 
     def test_moved_control_point_is_found(self):
         """One stored control point moved by 1e-9 of the scale: no longer conformal."""

@@ -246,6 +246,17 @@ def grid24():
     return split_faces(volume, (0.5, 0.4, 0.625))
 
 
+def round_bar():
+    """A bar of 20 x 60 with a round section: at the corners of its ends the sides are tangent.
+
+    No solid has det J > 0 there; so it is not among the parts that everything is asked of."""
+    net = bulged_section(10 * sqrt(0.5), radians(90))
+    knots = (uniform_knots(2, 1), uniform_knots(2, 1), uniform_knots(3, 1))
+    control = [[[[x, y, 60 * r * w, w] for r in (0, 1 / 3, 2 / 3, 1)] for x, y, w in row]
+               for row in net.tolist()]
+    return Volume((2, 2, 3), knots, control).faces()
+
+
 PARTS = {"box": box, "twisted_bar": twisted_bar, "propeller_blade": propeller_blade,
          "wavy_cube": wavy_cube, "elbow": elbow, "thin_plate": thin_plate, "wedge": wedge,
          "sphere": sphere, "mixed_sides": mixed_sides, "grid24": grid24}
