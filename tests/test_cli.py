@@ -418,9 +418,11 @@ class MemoryTest(CommandTest):
     """Every malloc of the process fails once, those of third-party libraries included."""
 
     def run_failing(self, at, *arguments):
+        folder, name = os.path.split(os.environ["TSOLID_FAILING_MALLOC"])
         environment = dict(
             os.environ,
-            LD_PRELOAD=os.environ["TSOLID_FAILING_MALLOC"],
+            LD_PRELOAD=name,  # its path may hold blanks, which separate names here
+            LD_LIBRARY_PATH=folder,
             TSOLID_FAIL_AT=str(at),
             TSOLID_FAIL_COUNT=self.path("count"),
         )

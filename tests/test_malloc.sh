@@ -4,16 +4,19 @@
 # CXSparse, liblbfgs, OpenMP. Then: a status and a message and nothing written, or the full result;
 # never a crash. Quick: every STRIDE-th allocation of the longer runs; long_malloc.sh: all.
 . "${TSOLID_SOURCE_DIR:?}/tests/check.sh"
-stride=${TSOLID_TEST_STRIDE:-7}
+stride=${TSOLID_TEST_STRIDE:-13}
 : "${TSOLID_COMMAND:?}" "${TSOLID_FAILING_MALLOC:?}"
 part=$TSOLID_SOURCE_DIR/resources/examples/box.tsb
 solid=$work/box.tsolid
 
-# with_failure K COMMAND...: runs it with allocation K failing; K = 0: none.
+# with_failure K COMMAND...: runs it with allocation K failing; K = 0: none. LD_PRELOAD is a list
+# with blanks: a name that is looked up, not a path.
 with_failure() {
   k=$1
   shift
-  env LD_PRELOAD="$TSOLID_FAILING_MALLOC" TSOLID_FAIL_AT="$k" TSOLID_FAIL_COUNT="$work/count" "$@"
+  env LD_PRELOAD="$(basename "$TSOLID_FAILING_MALLOC")" \
+    LD_LIBRARY_PATH="$(dirname "$TSOLID_FAILING_MALLOC")" TSOLID_FAIL_AT="$k" \
+    TSOLID_FAIL_COUNT="$work/count" "$@"
 }
 
 # Nothing but the result, and that whole; or a message and nothing at all.
