@@ -393,35 +393,66 @@ static tsolid_status finish(optimiser *o, const tsolid_solid *start, double star
   return status;
 }
 
+/* Certifies without a word: the caller's own call will tell. */
+static tsolid_status certify_quietly(optimiser *o, const tsolid_solid *solid, int max_depth,
+                                     int *verdict, int *proved) {
+  const tsolid_certificate_options options = {.max_depth = max_depth};
+  tsolid_certificate certificate;
+  int n_findings = o->context->n_findings;
+  tsolid_status status = tsolid_certify(o->context, solid, &options, &certificate, verdict);
+  if (status == TSOLID_OK)
+    tsi_findings_truncate(o->context, n_findings);
+  *proved = status == TSOLID_OK && certificate.verdict == TSOLID_POSITIVE;
+  return status;
+}
+
+/* A proof is not given up: when only the start can be proved positive, it stays. */
+static tsolid_status prefer_proved_start(optimiser *o, const tsolid_solid *start,
+                                         double start_worst, tsolid_solid **solid) {
+  int proved;
+  tsolid_status status = certify_quietly(o, *solid, 0, NULL, &proved);
+  if (status != TSOLID_OK || proved)
+    return status;
+  status = certify_quietly(o, start, 0, NULL, &proved);
+  if (status != TSOLID_OK || !proved)
+    return status;
+  tsolid_solid_free(*solid);
+  return tsi_solid_new(o->context, o->space, start->control, start_worst, solid);
+}
+
+/* What the next position must exceed: a proof may cost some of what was gained, but what is
+ * positive stays positive, and a positive start is never undercut. */
+static double least_worst(const optimiser *o, double start_worst) {
+  return start_worst > 0.0 ? start_worst : o->best_worst >= 0.0 ? 0.0 : -INFINITY;
+}
+
 /* Stops with the certificate: while elements are not proved positive, looks at more points of them
  * with more weight. */
 static tsolid_status prove(optimiser *o, const tsolid_solid *start, double start_worst,
                            const double centre[3], int effort, tsolid_solid **solid) {
-  const tsolid_certificate_options depth = {.max_depth = PROOF_DEPTH};
   int *verdict = tsi_new(&o->context->allocator, (size_t)o->space->n_elements, sizeof *verdict);
+  int proved = effort == 1; /* the start only: nothing to prove */
   tsolid_status status = verdict ? TSOLID_OK : tsi_no_memory(o->context, STAGE);
   for (int round = 0; status == TSOLID_OK; round++) {
-    tsolid_certificate certificate;
     status = finish(o, start, start_worst, centre, solid);
-    if (status != TSOLID_OK || round == PROOF_ROUNDS || effort == 1)
+    if (status == TSOLID_OK && !proved)
+      status = certify_quietly(o, *solid, PROOF_DEPTH, verdict, &proved);
+    if (status != TSOLID_OK || proved || round == PROOF_ROUNDS)
       break;
-    int n_findings = o->context->n_findings;
-    status = tsolid_certify(o->context, *solid, &depth, &certificate, verdict);
-    if (status == TSOLID_OK)
-      tsi_findings_truncate(o->context, n_findings); /* the caller's own call will tell */
-    if (status != TSOLID_OK || certificate.verdict == TSOLID_POSITIVE)
-      break;
-    tsi_kernel_free(o->inside); /* from now on at the points of the grid */
-    o->inside = o->grid;
+    if (o->inside != o->grid)
+      tsi_kernel_free(o->inside);
+    o->inside = o->grid; /* from now on at the points of the grid */
     for (int e = 0; e < o->space->n_elements; e++)
       if (verdict[e] != TSOLID_POSITIVE)
         o->scale[e] *= 8.0;
     memcpy(o->position, o->best, 3 * (size_t)o->n_free * sizeof *o->best);
-    o->best_worst = -INFINITY;
+    o->best_worst = least_worst(o, start_worst);
     status = raise_power(o, FIRST_POWER << round, EFFORT[effort].steps);
     tsolid_solid_free(*solid);
     *solid = NULL;
   }
+  if (status == TSOLID_OK && !proved)
+    status = prefer_proved_start(o, start, start_worst, solid);
   tsi_delete(&o->context->allocator, verdict);
   if (status != TSOLID_OK) {
     tsolid_solid_free(*solid);
