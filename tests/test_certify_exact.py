@@ -4,9 +4,9 @@
 
 Whatever the floating-point code says, N = -det[X, X_0, X_1, X_2] is evaluated here in integers: a
 positive verdict must not meet a point with N <= 0, a point given with a negative one must have
-N <= 0, and good elements must be found positive. Elements are random, folded by very little, tangent
-at corners, far from the origin, of wild weights; each family is searched for the place where the
-verdict flips, since a wrong error bound shows there first."""
+N <= 0, and good elements must be found positive. Elements are random, folded by very little,
+tangent at corners, far from the origin, of wild weights; each family is searched for the place
+where the verdict flips, since a wrong error bound shows there first."""
 
 import ctypes
 import itertools
@@ -68,7 +68,7 @@ class Library:
 
 LIBRARY = Library()
 
-# ---- exact arithmetic ------------------------------------------------------------------------------
+# ---- exact arithmetic ----------------------------------------------------------------------------
 
 
 def det(rows):
@@ -118,7 +118,8 @@ class Exact:
     def planes(self, lines, y):
         n = self.degree[1] + 1
         value, slope = bernstein(self.degree[1], y)
-        return [contract(r, b, n) for r, b in zip((lines[0], lines[1], lines[0]), (value, value, slope))]
+        rows = zip((lines[0], lines[1], lines[0]), (value, value, slope))
+        return [contract(r, b, n) for r, b in rows]
 
     def numerator(self, planes, z):
         n = self.degree[2] + 1
@@ -168,7 +169,7 @@ class Exact:
         return None
 
 
-# ---- elements ---------------------------------------------------------------------------------------
+# ---- elements ------------------------------------------------------------------------------------
 
 
 def identity(degree):
@@ -323,14 +324,15 @@ class CertifyElement(unittest.TestCase):
                             self.assertEqual(result.verdict, POSITIVE)
 
     def test_folded_at_a_turned_corner(self):
-        """The same where every product is rounded: the exact sign is known to the integers alone."""
+        """The same where every product is rounded: only the integers know the exact sign."""
         rng = random.Random(SEED + 5)
         signs = set()
         for trial in range(60):
             degree = DEGREES[trial % 4]
             points = element(degree, noise(rng, degree), 0.05, None, rng.choice((0.0, 1e6)))
             if trial % 2:
-                points = [[c * w for c in p] for p, w in zip(points, weights_of(rng, degree, "mild"))]
+                weights = weights_of(rng, degree, "mild")
+                points = [[c * w for c in p] for p, w in zip(points, weights)]
             n0, n01 = degree[0] + 1, (degree[0] + 1) * (degree[1] + 1)
             a, b, c, e = rng.random(), rng.random(), rng.random(), rng.choice((0.0, 1e-16, -1e-15))
             for x in range(4):  # P001 = P000 + combination of the two others, up to rounding
@@ -403,7 +405,8 @@ class CertifyElement(unittest.TestCase):
                 base = LIBRARY.certify(degree, points)
                 for power in (-300, -40, 40, 300):
                     scale = 2.0**power
-                    other = LIBRARY.certify(degree, [[c * scale for c in p[:3]] + p[3:] for p in points])
+                    scaled = [[c * scale for c in p[:3]] + p[3:] for p in points]
+                    other = LIBRARY.certify(degree, scaled)
                     self.assertEqual(base.verdict, other.verdict)
                     self.assertEqual(base.depth, other.depth)
                     self.assertAlmostEqual(base.smallest_bound, other.smallest_bound, 9)
@@ -415,7 +418,7 @@ class CertifyElement(unittest.TestCase):
                 self.assertEqual(base.verdict, LIBRARY.certify(degree, turned).verdict)
 
     def test_bound_is_below_every_value(self):
-        """smallest_bound <= det J / (mean edge lengths) on a grid; not by much for a parallelepiped."""
+        """smallest_bound <= det J / (mean edge lengths) on a grid; near it for a parallelepiped."""
         rng = random.Random(SEED + 8)
         for degree in DEGREES:
             for kind in (None, "mild"):
@@ -431,8 +434,14 @@ class CertifyElement(unittest.TestCase):
     @staticmethod
     def least_ratio(degree, points):
         n = [q + 1 for q in degree]
-        at = [[points[i + n[0] * (j + n[1] * k)] for i in range(n[0])] for k in range(n[2]) for j in range(n[1])]
-        x = lambda i, j, k: [c / at[j + n[1] * k][i][3] for c in at[j + n[1] * k][i][:3]]  # noqa: E731
+
+        def at(i, j, k):
+            return points[i + n[0] * (j + n[1] * k)]
+
+        def x(i, j, k):
+            point = at(i, j, k)
+            return [c / point[3] for c in point[:3]]
+
         product = 1.0
         for axis in range(3):
             total = 0.0
@@ -454,7 +463,7 @@ class CertifyElement(unittest.TestCase):
         for u in itertools.product(grid, repeat=3):
             basis = [bernstein(q, t)[0] for q, t in zip(degree, u)]
             weight = sum(
-                basis[0][i] * basis[1][j] * basis[2][k] * Fraction(at[j + n[1] * k][i][3])
+                basis[0][i] * basis[1][j] * basis[2][k] * Fraction(at(i, j, k)[3])
                 for k in range(n[2])
                 for j in range(n[1])
                 for i in range(n[0])

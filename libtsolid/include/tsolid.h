@@ -308,8 +308,8 @@ typedef struct tsolid_solid_options { /* all zero = default */
   int effort;                         /* 0: default, 1: the start only, 2: quick, 3: thorough */
 } tsolid_solid_options;
 
-/* Positive inner weights and a smooth start: the cross is laid into a cube, the cube into the part by
- * the transfinite (Coons) map of the six sides. */
+/* Positive inner weights and a smooth start: the cross is laid into a cube, the cube into the part
+ * by the transfinite (Coons) map of the six sides. */
 TSOLID_API tsolid_status tsolid_solid_create(tsolid_context *context, const tsolid_space *space,
                                              tsolid_solid **solid);
 /* Untangles and improves; boundary control points and all weights stay bit for bit. */
