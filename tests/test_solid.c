@@ -8,6 +8,7 @@
 #include "parts.h"
 
 static const cube_axis ONE[3] = {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}};
+static const cube_axis SMALL[3] = {{2, 1, 1}, {3, 2, 1}, {1, 1, 1}};
 static const cube_axis MIXED[3] = {{3, 2, 1}, {2, 2, 1}, {1, 3, 1}};
 
 static tsolid_context *new_context(const tsolid_context_options *options) {
@@ -170,15 +171,15 @@ static void check_start_only(const tsolid_solid *start, const tsolid_solid *soli
   CHECK_NEAR(error, 0.0, 8 * 0x1p-52 * scale);
 }
 
-/* From the library's own start, valid in the first two cases. */
+/* From the library's own start, valid in the first two cases; all efforts on one of them. */
 static void test_efforts(tsolid_context *context) {
   static const cube_map map[] = {cube_wave, cube_rational, random_weight};
   random_scale = 1.0;
   for (int k = 0; k < 3; k++) {
     cube_solid s;
     tsolid_solid *start, *solid;
-    if (start_of(context, MIXED, map[k], 1 + k % 2, &s, &start))
-      for (int effort = k < 2 ? 0 : 2; effort <= (k < 2 ? 3 : 2); effort++) {
+    if (start_of(context, SMALL, map[k], 1, &s, &start))
+      for (int effort = k == 1 ? 0 : 2; effort <= (k == 1 ? 3 : 2); effort++) {
         solid = check_optimised(context, start, effort);
         if (solid && effort == 1)
           check_start_only(start, solid);
@@ -195,7 +196,7 @@ static void test_efforts(tsolid_context *context) {
 static void test_untangling(tsolid_context *context) {
   cube_solid s;
   tsolid_solid *solid = NULL;
-  if (CHECK(cube_solid_create(context, MIXED, cube_wave, 1, 0.3, &s))) {
+  if (CHECK(cube_solid_create(context, SMALL, cube_wave, 1, 0.3, &s))) {
     CHECK(worst_of(context, s.solid) < -0.1);
     solid = check_optimised(context, s.solid, 0);
     CHECK(solid && verdict_of(context, solid) == TSOLID_POSITIVE);
@@ -364,14 +365,14 @@ static void check_cancelling(attempt try, const cube_solid *s, int n_runs) {
 }
 
 static void test_giving_up(tsolid_context *context) {
-  enum { EACH = 10000, SOME = 25 };
+  enum { EACH = 10000, MANY = 40, SOME = 6 };
   cube_solid tame, wild; /* the wild one is proved only after some rounds */
   random_scale = 1.0;
   if (CHECK(cube_solid_create(context, ONE, cube_rational, 1, 0.0, &tame)) &&
       CHECK(cube_solid_create(context, ONE, random_weight, 1, 0.02, &wild))) {
     check_failing_memory(create, &wild, 0, EACH);
     check_cancelling(create, &wild, EACH);
-    check_failing_memory(optimise, &tame, 0, EACH);
+    check_failing_memory(optimise, &tame, 0, MANY);
     check_cancelling(optimise, &tame, EACH);
     check_failing_memory(optimise, &wild, 4, SOME);
     check_cancelling(optimise, &wild, SOME);
