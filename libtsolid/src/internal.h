@@ -144,6 +144,7 @@ struct tsolid_tmesh {
   int *cell; /* n_cells x (lo[3], hi[3]) in planes */
   int *cell_block;
   int n_nodes, n_partial_extraordinary, n_extraordinary;
+  int n_closure_rounds;
 };
 
 void tsi_tmesh_retain(const tsolid_tmesh *tmesh);

@@ -14,6 +14,7 @@
  *  high+-----------+--+                      |           |  |
  *      lo         1' high                    +-----------+--+
  */
+#include "closure.h"
 #include "internal.h"
 #include "tmesh.h"
 
@@ -250,6 +251,8 @@ tsolid_status tsi_tmesh_from_boxes(tsolid_context *context, const int n_lines[3]
   t->references = 1;
   if (!fill_tmesh(t, n_lines, line, n_boxes, box, arm_height))
     status = tsi_no_memory(context, STAGE);
+  if (status == TSOLID_OK)
+    status = tsi_closure(context, t, &t->n_closure_rounds);
   if (status == TSOLID_OK)
     status = tsi_tmesh_count_nodes(context, t);
   if (status == TSOLID_OK)

@@ -1,231 +1,330 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
- * The core: lines per axis from the T-junctions of the four sides that carry the axis, and core
- * cells between them.
+ * The core: a strongly balanced octree with the T-junction rule.
  *
- * Source: Zhang, Wang, Hughes (2012), section 3. T-junctions are the corners of the sides' Bezier
- * elements; an interval is split at the T-junction value nearest its middle until at most one lies
- * inside. One binary tree of values per axis, so that neighbours split at the same place. The core
- * is the full tensor grid of the trees' lines. Lines much closer than their neighbours are taken
- * together: inner lines are free (conformity does not depend on them), and two planes 1e-12 apart
- * would give slopes of 1e12. */
+ * Source: Zhang, Wang, Hughes (2012), section 3. Starting from the core as one cell, a cell is
+ * split while a boundary face of it holds more than one face T-junction, or an edge more than one
+ * edge T-junction; T-junctions of equal position count once. Here a cell is a triple of intervals
+ * of the axis trees; a split halves every axis whose interval has a value left inside (the
+ * anisotropic octree: levels and balance are per axis). Strong balance: cells that touch, be it at
+ * a corner, differ by at most one level per axis. And at least `min_cells` cells stand along every
+ * axis.
+ *
+ * Cells are painted on the grid of all values, so that neighbours are found by looking. */
+#include "axis_tree.h"
 #include "internal.h"
-
-#include <stdlib.h>
 
 static const char *const STAGE = "tmesh";
 
-/* Two lines closer than this fraction of the wider neighbouring gap become one. */
-static const double MERGE_FRACTION = 1.0 / 20.0;
+enum { DEFAULT_MIN_CELLS = 3, MAX_MIN_CELLS = 256, MAX_GRID = 1 << 27 };
 
-enum { DEFAULT_MIN_CELLS = 3, MAX_MIN_CELLS = 256, MAX_CORE_CELLS = 1 << 23 };
+typedef struct leaf {
+  int node[3]; /* intervals of the axis trees */
+  int split;   /* no leaf any more */
+} leaf;
 
-static int compare_doubles(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
+/* T-junctions of one side, on the grid of its two axes' values. */
+typedef struct junctions {
+  int n[2];
+  int *below; /* (n[0] + 1) x (n[1] + 1): number of T-junctions with smaller indices */
+} junctions;
+
+typedef struct octree {
+  tsolid_context *context;
+  tsi_arena arena;
+  tsi_axis_tree axis[3];
+  junctions side[6];
+  int n_leaves, capacity;
+  leaf *leaf; /* our own growing array */
+  int *grid;  /* leaf of every elementary cell; axis 0 fastest */
+  int min_cells;
+} octree;
+
+static const tsi_interval *interval_of(const octree *o, const leaf *l, int axis) {
+  return &o->axis[axis].node[l->node[axis]];
 }
 
-/* All element borders of the four sides along `axis`, ascending and distinct; *n of them. */
-static double *collect_lines(const tsolid_boundary *boundary, int axis, tsi_arena *arena, int *n) {
-  size_t room = 2;
-  for (int side = 0; side < 6; side++)
-    if (tsi_side_axis(side) != axis)
-      room += 2 * (size_t)boundary->side[side].n_elements;
-  double *line = tsi_arena_new(arena, room, sizeof *line);
-  if (!line)
-    return NULL;
-  size_t count = 0;
-  line[count++] = 0.0;
-  line[count++] = 1.0;
+static int can_split(const octree *o, const leaf *l, int axis) {
+  return interval_of(o, l, axis)->child[0] >= 0;
+}
+
+/* ---- T-junctions
+ * ------------------------------------------------------------------------------------------ */
+
+/* Marks the corners of the side's elements and sums them up from the low corner. */
+static int count_junctions(octree *o, const tsolid_boundary *boundary, int side) {
+  const tsi_side *s = &boundary->side[side];
+  const tsi_axis_tree *axis[2] = {&o->axis[tsi_side_s(side)], &o->axis[tsi_side_t(side)]};
+  junctions *j = &o->side[side];
+  for (int i = 0; i < 2; i++)
+    j->n[i] = axis[i]->n_values;
+  int stride = j->n[0] + 1;
+  j->below = tsi_arena_new(&o->arena, (size_t)stride * (size_t)(j->n[1] + 1), sizeof *j->below);
+  if (!j->below)
+    return 0;
+  for (int e = 0; e < s->n_elements; e++)
+    for (int corner = 0; corner < 4; corner++) {
+      const double *box = s->box + 4 * (size_t)e;
+      int a = tsi_axis_tree_nearest(axis[0], box[corner & 1]);
+      int b = tsi_axis_tree_nearest(axis[1], box[2 + (corner >> 1)]);
+      int is_corner = (a == 0 || a == j->n[0] - 1) && (b == 0 || b == j->n[1] - 1);
+      if (!is_corner) /* the cube's corners are no T-junctions */
+        j->below[a + 1 + (b + 1) * stride] = 1;
+    }
+  for (int b = 1; b <= j->n[1]; b++)
+    for (int a = 1; a <= j->n[0]; a++)
+      j->below[a + b * stride] += j->below[a - 1 + b * stride] + j->below[a + (b - 1) * stride] -
+                                  j->below[a - 1 + (b - 1) * stride];
+  return 1;
+}
+
+/* T-junctions with indices a0 <= a <= a1, b0 <= b <= b1. */
+static int junctions_in(const junctions *j, int a0, int a1, int b0, int b1) {
+  int stride = j->n[0] + 1;
+  if (a1 < a0 || b1 < b0)
+    return 0;
+  return j->below[(a1 + 1) + (b1 + 1) * stride] - j->below[a0 + (b1 + 1) * stride] -
+         j->below[(a1 + 1) + b0 * stride] + j->below[a0 + b0 * stride];
+}
+
+/* The T-junction rule: more than one inside a boundary face, or inside one of its edges. */
+static int breaks_rule(const octree *o, const leaf *l) {
   for (int side = 0; side < 6; side++) {
-    if (tsi_side_axis(side) == axis)
+    int axis = tsi_side_axis(side);
+    const tsi_interval *across = interval_of(o, l, axis);
+    if (side & 1 ? across->last != o->axis[axis].n_values - 1 : across->first != 0)
       continue;
-    const tsi_side *s = &boundary->side[side];
-    int first = tsi_side_s(side) == axis ? 0 : 2;
-    for (int e = 0; e < s->n_elements; e++) {
-      line[count++] = s->box[4 * e + first];
-      line[count++] = s->box[4 * e + first + 1];
-    }
+    const tsi_interval *s = interval_of(o, l, tsi_side_s(side));
+    const tsi_interval *t = interval_of(o, l, tsi_side_t(side));
+    const junctions *j = &o->side[side];
+    if (junctions_in(j, s->first + 1, s->last - 1, t->first + 1, t->last - 1) > 1 ||
+        junctions_in(j, s->first, s->first, t->first + 1, t->last - 1) > 1 ||
+        junctions_in(j, s->last, s->last, t->first + 1, t->last - 1) > 1 ||
+        junctions_in(j, s->first + 1, s->last - 1, t->first, t->first) > 1 ||
+        junctions_in(j, s->first + 1, s->last - 1, t->last, t->last) > 1)
+      return 1;
   }
-  qsort(line, count, sizeof *line, compare_doubles);
-  size_t unique = 1;
-  for (size_t i = 1; i < count; i++)
-    if (line[i] > line[unique - 1])
-      line[unique++] = line[i];
-  *n = (int)unique;
-  return line;
+  return 0;
 }
 
-/* Takes lines together, the relatively closest pair first, until none is too close. */
-static int merge_lines(double *line, int n) {
-  for (;;) {
-    int closest = -1;
-    double smallest = MERGE_FRACTION;
-    for (int i = 0; i + 1 < n; i++) {
-      double before = i > 0 ? line[i] - line[i - 1] : 0.0;
-      double after = i + 2 < n ? line[i + 2] - line[i + 1] : 0.0;
-      double ratio = (line[i + 1] - line[i]) / fmax(before, after);
-      if (n > 2 && ratio < smallest) {
-        smallest = ratio;
-        closest = i;
-      }
-    }
-    if (closest < 0)
-      return n;
-    int gone = closest + 1 < n - 1 ? closest + 1 : closest; /* the ends 0 and 1 stay */
-    memmove(line + gone, line + gone + 1, (size_t)(n - gone - 1) * sizeof *line);
-    n--;
-  }
-}
-
-/* The axis tree: splits the interval between positions `first` and `last` of `value` at the value
- * nearest its middle while more than one value lies inside, and marks the splits as kept. */
-static void split_tree(const double *value, int first, int last, unsigned char *kept) {
-  if (last - first <= 2)
-    return;
-  double middle = 0.5 * (value[first] + value[last]);
-  int nearest = first + 1;
-  for (int i = first + 2; i < last; i++)
-    if (fabs(value[i] - middle) < fabs(value[nearest] - middle))
-      nearest = i;
-  kept[nearest] = 1;
-  split_tree(value, first, nearest, kept);
-  split_tree(value, nearest, last, kept);
-}
-
-/* The lines of the axis tree among n T-junction values, in place; returns their number or -1. */
-static int tree_lines(double *value, int n, tsi_arena *arena) {
-  unsigned char *kept = tsi_arena_new(arena, (size_t)n, 1);
-  if (!kept)
-    return -1;
-  kept[0] = kept[n - 1] = 1;
-  split_tree(value, 0, n - 1, kept);
-  int count = 0;
-  for (int i = 0; i < n; i++)
-    if (kept[i])
-      value[count++] = value[i];
-  return count;
-}
-
-/* Where to split [low, high] when no T-junction asks for it: at the T-junction value nearest the
- * middle unless that is far from it. (A line that all but coincides with one of the input's would
- * cut slivers out of the arms.) */
-static double split_value(double low, double high, int n_values, const double *value) {
-  double middle = 0.5 * (low + high), best = middle, distance = 0.25 * (high - low);
-  for (int i = 0; i < n_values; i++)
-    if (fabs(value[i] - middle) < distance) {
-      distance = fabs(value[i] - middle);
-      best = value[i];
-    }
-  return best;
-}
-
-/* Splits the widest intervals, all that are equally wide at once so that symmetry stays, until
- * there are at least `cells` of them; line has room for 2 * cells + 1. */
-static int split_widest(double *line, int n, int cells, int n_values, const double *value) {
-  while (n - 1 < cells) {
-    double widest = 0.0;
-    for (int i = 0; i + 1 < n; i++)
-      widest = fmax(widest, line[i + 1] - line[i]);
-    for (int i = 0; i + 1 < n; i++) {
-      if (line[i + 1] - line[i] < 0.99 * widest)
-        continue;
-      memmove(line + i + 2, line + i + 1, (size_t)(n - i - 1) * sizeof *line);
-      line[i + 1] = split_value(line[i], line[i + 2], n_values, value);
-      n++;
-      i++;
-    }
-  }
-  return n;
-}
-
-/* Lines of one axis; NULL: no memory. */
-static double *axis_lines(const tsolid_boundary *boundary, int axis, int min_cells,
-                          tsi_arena *arena, int *n) {
-  int n_values;
-  double *value = collect_lines(boundary, axis, arena, &n_values);
-  if (!value)
-    return NULL;
-  n_values = merge_lines(value, n_values);
-  double *line = tsi_arena_new(arena, (size_t)n_values + 2 * (size_t)min_cells + 2, sizeof *line);
-  if (!line)
-    return NULL;
-  if (n_values == 2) { /* nothing inside: equal parts */
-    for (int i = 0; i <= min_cells; i++)
-      line[i] = (double)i / min_cells;
-    *n = min_cells + 1;
-    return line;
-  }
-  memcpy(line, value, (size_t)n_values * sizeof *line);
-  *n = tree_lines(line, n_values, arena);
-  if (*n < 0)
-    return NULL;
-  *n = split_widest(line, *n, min_cells, n_values, value);
-  return line;
-}
-
-/* R of each arm: twice the width of the core cells next to it. */
-static void choose_arm_heights(const int n_lines[3], double *const line[3], double height[6]) {
+/* Fewer than min_cells cells fit along an axis at this leaf's level. */
+static int too_coarse(const octree *o, const leaf *l) {
   for (int a = 0; a < 3; a++) {
-    int n = n_lines[a];
-    height[2 * a] = 2.0 * (line[a][1] - line[a][0]);
-    height[2 * a + 1] = 2.0 * (line[a][n - 1] - line[a][n - 2]);
+    const tsi_interval *i = interval_of(o, l, a);
+    double width = o->axis[a].value[i->last] - o->axis[a].value[i->first];
+    if (can_split(o, l, a) && width * o->min_cells > 1.01)
+      return 1;
+  }
+  return 0;
+}
+
+/* ---- leaves
+ * --------------------------------------------------------------------------------------------------
+ */
+
+static void paint(octree *o, int index) {
+  const leaf *l = &o->leaf[index];
+  const tsi_interval *i[3] = {interval_of(o, l, 0), interval_of(o, l, 1), interval_of(o, l, 2)};
+  size_t n0 = (size_t)o->axis[0].n_values - 1, n1 = (size_t)o->axis[1].n_values - 1;
+  for (int z = i[2]->first; z < i[2]->last; z++)
+    for (int y = i[1]->first; y < i[1]->last; y++)
+      for (int x = i[0]->first; x < i[0]->last; x++)
+        o->grid[((size_t)z * n1 + (size_t)y) * n0 + (size_t)x] = index;
+}
+
+static int add_leaf(octree *o, const int node[3]) {
+  if (o->n_leaves == o->capacity) {
+    int more = o->capacity ? 2 * o->capacity : 256;
+    leaf *grown =
+        more > TSI_MAX_COUNT ? NULL : tsi_new(&o->context->allocator, (size_t)more, sizeof *grown);
+    if (!grown)
+      return 0;
+    if (o->n_leaves)
+      memcpy(grown, o->leaf, (size_t)o->n_leaves * sizeof *grown);
+    tsi_delete(&o->context->allocator, o->leaf);
+    o->leaf = grown;
+    o->capacity = more;
+  }
+  o->leaf[o->n_leaves] = (leaf){{node[0], node[1], node[2]}, 0};
+  paint(o, o->n_leaves++);
+  return 1;
+}
+
+/* Splits every axis that has a value left inside. */
+static int split_leaf(octree *o, int index) {
+  int n[3], node[3];
+  for (int a = 0; a < 3; a++)
+    n[a] = can_split(o, &o->leaf[index], a) ? 2 : 1;
+  o->leaf[index].split = 1;
+  for (int k = 0; k < n[0] * n[1] * n[2]; k++) {
+    int part[3] = {k % n[0], k / n[0] % n[1], k / (n[0] * n[1])};
+    for (int a = 0; a < 3; a++)
+      node[a] =
+          n[a] == 2 ? interval_of(o, &o->leaf[index], a)->child[part[a]] : o->leaf[index].node[a];
+    if (!add_leaf(o, node))
+      return 0;
+  }
+  return 1;
+}
+
+/* A cell that touches this one is finer by more than a level in an axis that this one could split.
+ */
+static int breaks_balance(const octree *o, const leaf *l) {
+  int lo[3], hi[3];
+  size_t n[3];
+  for (int a = 0; a < 3; a++) {
+    const tsi_interval *i = interval_of(o, l, a);
+    n[a] = (size_t)o->axis[a].n_values - 1;
+    lo[a] = i->first > 0 ? i->first - 1 : 0;
+    hi[a] = i->last < (int)n[a] ? i->last : (int)n[a] - 1; /* last elementary cell looked at */
+  }
+  for (int z = lo[2]; z <= hi[2]; z++)
+    for (int y = lo[1]; y <= hi[1]; y++)
+      for (int x = lo[0]; x <= hi[0]; x++) {
+        const leaf *other = &o->leaf[o->grid[((size_t)z * n[1] + (size_t)y) * n[0] + (size_t)x]];
+        if (other == l) { /* skip to the far end of ourselves */
+          x = interval_of(o, l, 0)->last - 1;
+          continue;
+        }
+        for (int a = 0; a < 3; a++)
+          if (can_split(o, l, a) &&
+              interval_of(o, other, a)->level - interval_of(o, l, a)->level > 1)
+            return 1;
+      }
+  return 0;
+}
+
+/* Splits until every leaf keeps the rule and the balance. */
+static tsolid_status subdivide(octree *o) {
+  int root[3] = {0, 0, 0};
+  if (!add_leaf(o, root))
+    return tsi_no_memory(o->context, STAGE);
+  for (int changed = 1; changed;) {
+    changed = 0;
+    for (int i = 0; i < o->n_leaves; i++) {
+      if (o->leaf[i].split)
+        continue;
+      if (!breaks_rule(o, &o->leaf[i]) && !too_coarse(o, &o->leaf[i]) &&
+          !breaks_balance(o, &o->leaf[i]))
+        continue;
+      if (!split_leaf(o, i))
+        return tsi_no_memory(o->context, STAGE);
+      changed = 1;
+    }
+    tsolid_status status = tsi_progress(o->context, STAGE, 0.2);
+    if (status != TSOLID_OK)
+      return status;
+  }
+  return TSOLID_OK;
+}
+
+/* ---- result
+ * ---------------------------------------------------------------------------------------------------
+ */
+
+/* Keeps the values that are corners of leaves; line[a], and for every value its line. */
+static int choose_lines(octree *o, int n_lines[3], double *line[3], int *line_of[3]) {
+  for (int a = 0; a < 3; a++) {
+    int n = o->axis[a].n_values;
+    line[a] = tsi_arena_new(&o->arena, (size_t)n, sizeof(double));
+    line_of[a] = tsi_arena_new(&o->arena, (size_t)n, sizeof(int));
+    if (!line[a] || !line_of[a])
+      return 0;
+    for (int i = 0; i < o->n_leaves; i++)
+      if (!o->leaf[i].split) {
+        line_of[a][interval_of(o, &o->leaf[i], a)->first] = 1;
+        line_of[a][interval_of(o, &o->leaf[i], a)->last] = 1;
+      }
+    n_lines[a] = 0;
+    for (int i = 0; i < n; i++)
+      if (line_of[a][i]) {
+        line[a][n_lines[a]] = o->axis[a].value[i];
+        line_of[a][i] = n_lines[a]++;
+      }
+  }
+  return 1;
+}
+
+/* R of each arm: twice the mean width of the core cells next to it. */
+static void choose_arm_heights(const octree *o, double height[6]) {
+  for (int side = 0; side < 6; side++) {
+    int axis = tsi_side_axis(side), s = tsi_side_s(side), t = tsi_side_t(side);
+    height[side] = 0.0;
+    for (int i = 0; i < o->n_leaves; i++) {
+      const leaf *l = &o->leaf[i];
+      double width[3];
+      for (int a = 0; a < 3; a++)
+        width[a] = o->axis[a].value[interval_of(o, l, a)->last] -
+                   o->axis[a].value[interval_of(o, l, a)->first];
+      if (!l->split && (side & 1 ? interval_of(o, l, axis)->last == o->axis[axis].n_values - 1
+                                 : interval_of(o, l, axis)->first == 0))
+        height[side] += 2.0 * width[axis] * width[s] * width[t];
+    }
   }
 }
 
-static int *tensor_boxes(const int n_lines[3], int n_boxes, tsi_arena *arena) {
-  int *box = tsi_arena_new(arena, 6 * (size_t)n_boxes, sizeof *box);
-  int *at = box;
-  if (!box)
-    return NULL;
-  for (int k = 0; k + 1 < n_lines[2]; k++)
-    for (int j = 0; j + 1 < n_lines[1]; j++)
-      for (int i = 0; i + 1 < n_lines[0]; i++) {
-        int row[6] = {i, j, k, i + 1, j + 1, k + 1};
-        memcpy(at, row, sizeof row);
-        at += 6;
-      }
-  return box;
+static tsolid_status make_boxes(octree *o, int *const line_of[3], int *n_boxes, int **box) {
+  *n_boxes = 0;
+  *box = tsi_arena_new(&o->arena, (size_t)o->n_leaves, 6 * sizeof **box);
+  if (!*box)
+    return tsi_no_memory(o->context, STAGE);
+  for (int i = 0; i < o->n_leaves; i++) {
+    if (o->leaf[i].split)
+      continue;
+    int *row = *box + 6 * (size_t)(*n_boxes)++;
+    for (int a = 0; a < 3; a++) {
+      row[a] = line_of[a][interval_of(o, &o->leaf[i], a)->first];
+      row[a + 3] = line_of[a][interval_of(o, &o->leaf[i], a)->last];
+    }
+  }
+  return TSOLID_OK;
+}
+
+/* Trees, junctions and the grid. */
+static tsolid_status plant(octree *o, const tsolid_boundary *boundary) {
+  double cells = 1.0;
+  for (int a = 0; a < 3; a++) {
+    if (!tsi_axis_tree_create(boundary, a, o->min_cells, &o->arena, &o->axis[a]))
+      return tsi_no_memory(o->context, STAGE);
+    cells *= o->axis[a].n_values - 1;
+  }
+  if (cells > MAX_GRID)
+    return tsi_fail(o->context, TSOLID_ERROR_REFUSED, STAGE,
+                    "The sides' knots make a grid of %.0f cells, more than the %d that are taken; "
+                    "give sides with fewer knots",
+                    cells, MAX_GRID);
+  o->grid = tsi_arena_new(&o->arena, (size_t)cells, sizeof *o->grid);
+  for (int side = 0; side < 6; side++)
+    if (!o->grid || !count_junctions(o, boundary, side))
+      return tsi_no_memory(o->context, STAGE);
+  return TSOLID_OK;
 }
 
 tsolid_status tsolid_tmesh_create(tsolid_context *context, const tsolid_boundary *boundary,
                                   const tsolid_tmesh_options *options, tsolid_tmesh **tmesh) {
-  tsolid_status status = TSOLID_OK;
   if (!context || !boundary || !tmesh)
     return TSOLID_ERROR_ARGUMENT;
   *tmesh = NULL;
-  int min_cells = options && options->min_cells ? options->min_cells : DEFAULT_MIN_CELLS;
-  if (min_cells < 1 || min_cells > MAX_MIN_CELLS)
+  octree o = {.context = context, .arena = tsi_arena_create(context)};
+  o.min_cells = options && options->min_cells ? options->min_cells : DEFAULT_MIN_CELLS;
+  if (o.min_cells < 1 || o.min_cells > MAX_MIN_CELLS)
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, STAGE,
                     "The least number of core cells per axis must be 1 to %d, not %d",
-                    MAX_MIN_CELLS, min_cells);
-  tsi_arena arena = tsi_arena_create(context);
-  double *line[3] = {NULL, NULL, NULL};
-  int n_lines[3];
-  double n_cells = 1.0, height[6];
-  for (int a = 0; a < 3; a++) {
-    line[a] = axis_lines(boundary, a, min_cells, &arena, &n_lines[a]);
-    if (!line[a]) {
-      status = tsi_no_memory(context, STAGE);
-      goto done;
-    }
-    n_cells *= n_lines[a] - 1;
-  }
-  if (n_cells > MAX_CORE_CELLS) {
-    status = tsi_fail(context, TSOLID_ERROR_REFUSED, STAGE,
-                      "The sides' knots ask for %.0f core cells, more than the %d that are taken; "
-                      "give sides with fewer knots",
-                      n_cells, MAX_CORE_CELLS);
-    goto done;
-  }
-  choose_arm_heights(n_lines, line, height);
-  int *box = tensor_boxes(n_lines, (int)n_cells, &arena);
-  if (!box) {
+                    MAX_MIN_CELLS, o.min_cells);
+  int n_lines[3], *line_of[3], n_boxes, *box;
+  double *line[3], height[6];
+  tsolid_status status = plant(&o, boundary);
+  if (status == TSOLID_OK)
+    status = subdivide(&o);
+  if (status == TSOLID_OK && !choose_lines(&o, n_lines, line, line_of))
     status = tsi_no_memory(context, STAGE);
-    goto done;
+  if (status == TSOLID_OK)
+    status = make_boxes(&o, line_of, &n_boxes, &box);
+  if (status == TSOLID_OK) {
+    choose_arm_heights(&o, height);
+    status = tsi_tmesh_from_boxes(context, n_lines, (const double *const *)line, n_boxes, box,
+                                  height, tmesh);
   }
-  status = tsi_tmesh_from_boxes(context, n_lines, (const double *const *)line, (int)n_cells, box,
-                                height, tmesh);
-done:
-  tsi_arena_free(&arena);
+  tsi_delete(&context->allocator, o.leaf);
+  tsi_arena_free(&o.arena);
   return status;
 }

@@ -6,6 +6,7 @@
  * one line share a column: its planes are found once, by letting every cell mark the columns that
  * run through it (closed), so the cost is the number of (cell, column) pairs that meet. */
 #include "tmesh.h"
+#include "bvh.h"
 
 #include <stdlib.h>
 
@@ -59,18 +60,126 @@ static int compare_nodes(const void *a, const void *b) {
   return 0;
 }
 
+/* An edge of a cell: runs along `axis` from plane first to last; place: its two other planes at
+ * their own axes' positions (place[axis] = first). */
+typedef struct edge {
+  int axis, last, place[3];
+} edge;
+
+static int compare_edges(const void *x, const void *y) {
+  const edge *p = x, *q = y;
+  const int a[5] = {p->axis, p->place[0], p->place[1], p->place[2], p->last};
+  const int b[5] = {q->axis, q->place[0], q->place[1], q->place[2], q->last};
+  for (int i = 0; i < 5; i++)
+    if (a[i] != b[i])
+      return a[i] < b[i] ? -1 : 1;
+  return 0;
+}
+
+/* Distinct edges of all cells; NULL: no memory. */
+static edge *find_edges(const tsolid_tmesh *tmesh, tsi_arena *arena, int *n) {
+  edge *list = tsi_arena_new(arena, 12 * (size_t)tmesh->n_cells, sizeof *list);
+  size_t count = 0;
+  for (int c = 0; list && c < tmesh->n_cells; c++)
+    for (int i = 0; i < 12; i++) {
+      const int *cell = tmesh->cell + 6 * (size_t)c;
+      int axis = i / 4, b = (axis + 1) % 3, d = (axis + 2) % 3;
+      edge *e = &list[count++];
+      e->axis = axis;
+      e->place[axis] = cell[axis];
+      e->last = cell[axis + 3];
+      e->place[b] = cell[i & 1 ? b + 3 : b];
+      e->place[d] = cell[i & 2 ? d + 3 : d];
+    }
+  if (!list)
+    return NULL;
+  qsort(list, count, sizeof *list, compare_edges);
+  size_t unique = 0;
+  for (size_t i = 0; i < count; i++)
+    if (i == 0 || compare_edges(&list[i], &list[unique - 1]) != 0)
+      list[unique++] = list[i];
+  *n = (int)unique;
+  return list;
+}
+
+/* The search for edges that cross inside each other: counts, or stores nodes. */
+typedef struct crossings {
+  const edge *edge;
+  int current, n, *node;
+} crossings;
+
+static int meet_edge(void *data, int other) {
+  crossings *x = data;
+  const edge *p = &x->edge[x->current], *q = &x->edge[other];
+  if (other <= x->current || p->axis == q->axis)
+    return 0;
+  int third = 3 - p->axis - q->axis, at_p = q->place[p->axis], at_q = p->place[q->axis];
+  if (p->place[third] != q->place[third] || at_p <= p->place[p->axis] || at_p >= p->last ||
+      at_q <= q->place[q->axis] || at_q >= q->last)
+    return 0;
+  if (x->node) {
+    int *node = x->node + 3 * (size_t)x->n;
+    node[third] = p->place[third];
+    node[p->axis] = at_p;
+    node[q->axis] = at_q;
+  }
+  x->n++;
+  return 0;
+}
+
+/* Where edges cross inside each other there is a node of the T-mesh, though no cell has a corner
+ * there: two cells that share a face may be split along different axes. */
+static tsolid_status find_crossings(tsolid_context *context, const tsolid_tmesh *tmesh,
+                                    tsi_arena *arena, int *n, int **node) {
+  int n_edges;
+  edge *list = find_edges(tmesh, arena, &n_edges);
+  double *box = list ? tsi_arena_new(arena, (size_t)n_edges, 6 * sizeof *box) : NULL;
+  if (!box)
+    return tsi_no_memory(context, STAGE);
+  for (int i = 0; i < n_edges; i++)
+    for (int a = 0; a < 3; a++) {
+      box[6 * (size_t)i + (size_t)a] = list[i].place[a];
+      box[6 * (size_t)i + (size_t)a + 3] = a == list[i].axis ? list[i].last : list[i].place[a];
+    }
+  struct tsi_bvh *tree = tsi_bvh_create(&context->allocator, n_edges, box);
+  if (!tree)
+    return tsi_no_memory(context, STAGE);
+  crossings x = {.edge = list};
+  for (int pass = 0; pass < 2; pass++) {
+    *n = x.n;
+    x.n = 0;
+    if (pass == 1 && *n > 0)
+      x.node = tsi_arena_new(arena, (size_t)*n, 3 * sizeof *x.node);
+    if (pass == 1 && !x.node)
+      break;
+    for (x.current = 0; x.current < n_edges; x.current++)
+      tsi_bvh_overlapping(tree, box + 6 * (size_t)x.current, 0.0, meet_edge, &x);
+  }
+  tsi_bvh_free(tree);
+  *node = x.node;
+  return *n == 0 || x.node ? TSOLID_OK : tsi_no_memory(context, STAGE);
+}
+
 tsolid_status tsi_tmesh_nodes(tsolid_context *context, const tsolid_tmesh *tmesh, tsi_arena *arena,
                               int *n, int **node) {
-  size_t n_corners = 8 * (size_t)tmesh->n_cells, unique = 0;
+  int n_crossings = 0, *crossing = NULL;
+  tsolid_status status = find_crossings(context, tmesh, arena, &n_crossings, &crossing);
   *n = 0;
-  *node = tsi_arena_new(arena, n_corners, 3 * sizeof(int));
-  if (!*node || n_corners > TSI_MAX_COUNT)
+  *node = NULL;
+  if (status != TSOLID_OK)
+    return status;
+  size_t n_corners = 8 * (size_t)tmesh->n_cells, total = n_corners + (size_t)n_crossings;
+  size_t unique = 0;
+  *node = tsi_arena_new(arena, total, 3 * sizeof(int));
+  if (!*node || total > TSI_MAX_COUNT)
     return tsi_no_memory(context, STAGE);
   for (size_t c = 0; c < n_corners; c++)
     for (int a = 0; a < 3; a++)
       (*node)[3 * c + (size_t)a] = tmesh->cell[6 * (c / 8) + (size_t)(a + 3 * (int)(c >> a & 1))];
-  qsort(*node, n_corners, 3 * sizeof(int), compare_nodes);
-  for (size_t c = 0; c < n_corners; c++)
+  if (n_crossings)
+    memcpy(*node + 3 * n_corners, crossing, (size_t)n_crossings * 3 * sizeof(int));
+  qsort(*node, total, 3 * sizeof(int), compare_nodes);
+  for (size_t c = 0; c < total; c++)
     if (c == 0 || compare_nodes(*node + 3 * c, *node + 3 * (unique - 1)) != 0)
       memmove(*node + 3 * unique++, *node + 3 * c, 3 * sizeof(int));
   *n = (int)unique;

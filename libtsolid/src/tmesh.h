@@ -5,8 +5,8 @@
 
 #include "internal.h"
 
-/* Distinct corners of all cells, in lexicographic order of (plane 2, plane 1, plane 0):
- * n rows of 3 plane indices, in the arena. */
+/* Distinct nodes: corners of cells and crossings of their edges, in lexicographic order of (plane
+ * 2, plane 1, plane 0): n rows of 3 plane indices, in the arena. */
 tsolid_status tsi_tmesh_nodes(tsolid_context *context, const tsolid_tmesh *tmesh, tsi_arena *arena,
                               int *n, int **node);
 
