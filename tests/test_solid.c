@@ -205,9 +205,9 @@ static void test_untangling(tsolid_context *context) {
   cube_solid_free(&s);
 }
 
-/* The start over the net's faces with one core cell per axis; NULL when anything failed. */
-static tsolid_solid *small_start(tsolid_context *context, const part_net *net) {
-  const tsolid_tmesh_options options = {.min_cells = 1};
+/* The start over the net's faces; NULL when anything failed. */
+static tsolid_solid *net_start(tsolid_context *context, const part_net *net, int n_cells) {
+  const tsolid_tmesh_options options = {.min_cells = n_cells};
   tsolid_tmesh *tmesh = NULL;
   tsolid_space *space = NULL;
   tsolid_solid *solid = NULL;
@@ -226,7 +226,7 @@ static tsolid_solid *small_start(tsolid_context *context, const part_net *net) {
 static void test_singular(tsolid_context *context) {
   part_net net;
   part_cylinder(&net);
-  tsolid_solid *start = small_start(context, &net);
+  tsolid_solid *start = net_start(context, &net, 3);
   if (start) {
     CHECK(verdict_of(context, start) == TSOLID_POSITIVE);
     tsolid_solid_free(check_optimised(context, start, 2));
@@ -242,7 +242,7 @@ static void test_impossible(tsolid_context *context) {
     if (net.weight[k] != 1.0)
       for (int c = 0; c < 2; c++)
         net.point[k][c] *= 1.2;
-  tsolid_solid *start = small_start(context, &net);
+  tsolid_solid *start = net_start(context, &net, 1);
   if (start) {
     tsolid_solid *solid = check_optimised(context, start, 2);
     CHECK(solid && verdict_of(context, solid) != TSOLID_POSITIVE);
@@ -365,7 +365,7 @@ static void check_cancelling(attempt try, const cube_solid *s, int n_runs) {
 }
 
 static void test_giving_up(tsolid_context *context) {
-  enum { EACH = 10000, MANY = 40, SOME = 6 };
+  enum { EACH = 10000, MANY = 25, SOME = 6 };
   cube_solid tame, wild; /* the wild one is proved only after some rounds */
   random_scale = 1.0;
   if (CHECK(cube_solid_create(context, ONE, cube_rational, 1, 0.0, &tame)) &&
