@@ -4,10 +4,9 @@
  * Source: Zhang, Wang, Hughes (2012), section 3. Starting from the core as one cell, a cell is
  * split while a boundary face of it holds more than one face T-junction, or an edge more than one
  * edge T-junction; T-junctions of equal position count once. Here a cell is a triple of intervals
- * of the axis trees; a split halves every axis whose interval has a value left inside (the
- * anisotropic octree: levels and balance are per axis). Strong balance: cells that touch, be it at
- * a corner, differ by at most one level per axis. And at least `min_cells` cells stand along every
- * axis.
+ * of the axis trees; a split halves those axes that break a rule (the anisotropic octree: levels
+ * and balance are per axis). Strong balance: cells that touch, be it at a corner, differ by at most
+ * one level per axis. And at least `min_cells` cells stand along every axis.
  *
  * Cells are painted on the grid of all values, so that neighbours are found by looking. */
 #include "axis_tree.h"
@@ -86,6 +85,14 @@ static int junctions_in(const junctions *j, int a0, int a1, int b0, int b1) {
          j->below[(a1 + 1) + b0 * stride] + j->below[a0 + b0 * stride];
 }
 
+/* Axes with more than one value left inside: what can break the T-junction rule (bits). */
+static int crowded_axes(const octree *o, const leaf *l) {
+  int axes = 0;
+  for (int a = 0; a < 3; a++)
+    axes |= (interval_of(o, l, a)->last - interval_of(o, l, a)->first > 2) << a;
+  return axes;
+}
+
 /* The T-junction rule: more than one inside a boundary face, or inside one of its edges. */
 static int breaks_rule(const octree *o, const leaf *l) {
   for (int side = 0; side < 6; side++) {
@@ -106,15 +113,15 @@ static int breaks_rule(const octree *o, const leaf *l) {
   return 0;
 }
 
-/* Fewer than min_cells cells fit along an axis at this leaf's level. */
-static int too_coarse(const octree *o, const leaf *l) {
+/* Axes along which fewer than min_cells cells fit at this leaf's level (bits). */
+static int coarse_axes(const octree *o, const leaf *l) {
+  int axes = 0;
   for (int a = 0; a < 3; a++) {
     const tsi_interval *i = interval_of(o, l, a);
     double width = o->axis[a].value[i->last] - o->axis[a].value[i->first];
-    if (can_split(o, l, a) && width * o->min_cells > 1.01)
-      return 1;
+    axes |= (can_split(o, l, a) && width * o->min_cells > 1.01) << a;
   }
-  return 0;
+  return axes;
 }
 
 /* ---- leaves
@@ -149,11 +156,10 @@ static int add_leaf(octree *o, const int node[3]) {
   return 1;
 }
 
-/* Splits every axis that has a value left inside. */
-static int split_leaf(octree *o, int index) {
+static int split_leaf(octree *o, int index, int axes) {
   int n[3], node[3];
   for (int a = 0; a < 3; a++)
-    n[a] = can_split(o, &o->leaf[index], a) ? 2 : 1;
+    n[a] = axes >> a & 1 ? 2 : 1;
   o->leaf[index].split = 1;
   for (int k = 0; k < n[0] * n[1] * n[2]; k++) {
     int part[3] = {k % n[0], k / n[0] % n[1], k / (n[0] * n[1])};
@@ -166,10 +172,9 @@ static int split_leaf(octree *o, int index) {
   return 1;
 }
 
-/* A cell that touches this one is finer by more than a level in an axis that this one could split.
- */
-static int breaks_balance(const octree *o, const leaf *l) {
-  int lo[3], hi[3];
+/* Axes in which a cell that touches this one is finer by more than a level (bits). */
+static int unbalanced_axes(const octree *o, const leaf *l) {
+  int lo[3], hi[3], axes = 0;
   size_t n[3];
   for (int a = 0; a < 3; a++) {
     const tsi_interval *i = interval_of(o, l, a);
@@ -186,11 +191,11 @@ static int breaks_balance(const octree *o, const leaf *l) {
           continue;
         }
         for (int a = 0; a < 3; a++)
-          if (can_split(o, l, a) &&
-              interval_of(o, other, a)->level - interval_of(o, l, a)->level > 1)
-            return 1;
+          axes |= (can_split(o, l, a) &&
+                   interval_of(o, other, a)->level - interval_of(o, l, a)->level > 1)
+                  << a;
       }
-  return 0;
+  return axes;
 }
 
 /* Splits until every leaf keeps the rule and the balance. */
@@ -201,12 +206,15 @@ static tsolid_status subdivide(octree *o) {
   for (int changed = 1; changed;) {
     changed = 0;
     for (int i = 0; i < o->n_leaves; i++) {
-      if (o->leaf[i].split)
+      const leaf *l = &o->leaf[i];
+      if (l->split)
         continue;
-      if (!breaks_rule(o, &o->leaf[i]) && !too_coarse(o, &o->leaf[i]) &&
-          !breaks_balance(o, &o->leaf[i]))
+      int axes = coarse_axes(o, l) | unbalanced_axes(o, l);
+      if (breaks_rule(o, l))
+        axes |= crowded_axes(o, l);
+      if (axes == 0)
         continue;
-      if (!split_leaf(o, i))
+      if (!split_leaf(o, i, axes))
         return tsi_no_memory(o->context, STAGE);
       changed = 1;
     }
