@@ -95,6 +95,65 @@ static void test_refine(tsi_arena *arena, int rational) {
     }
 }
 
+/* Homogeneous values times the bilinear function, at the same parameters. */
+static void test_multiply(tsi_arena *arena) {
+  static const double corners[4][4] = {
+      {1.3, 0.7, 2.1, 0.9}, {1, 2, 1, 2}, {3, 3, 0.5, 0.5}, {2, 2, 2, 2.0000001}};
+  tsolid_patch source = make_source(1);
+  tsi_patch patch, product;
+  CHECK(tsi_patch_read(arena, &source, &patch));
+  for (int k = 0; k < 4; k++) {
+    const double *f = corners[k];
+    int n_raised;
+    product = patch;
+    CHECK(tsi_patch_multiply(arena, &product, f, &n_raised));
+    CHECK(n_raised == (k == 1 || k == 2 ? 1 : 2));
+    CHECK(product.degree[0] == 3 + (k != 2) && product.degree[1] == 2 + (k != 1));
+    for (int i = 0; i < 50; i++) {
+      double u = i < 4 ? i & 1 : random_unit(), v = i < 4 ? i >> 1 : random_unit(), x[4], y[4];
+      double factor = (1 - v) * ((1 - u) * f[0] + u * f[1]) + v * ((1 - u) * f[2] + u * f[3]);
+      tsi_patch_evaluate(&patch, u, v, x, NULL);
+      tsi_patch_evaluate(&product, u, v, y, NULL);
+      for (int c = 0; c < 4; c++)
+        CHECK_NEAR(y[c], factor * x[c], 1e-14);
+    }
+    for (int i = 0; i < product.n[0] * product.n[1]; i++)
+      CHECK(product.control[4 * i + 3] > 0.0);
+  }
+}
+
+/* Knots, a double one among them, move; the points stay, at projectively mapped parameters. */
+static void test_reparametrise(tsi_arena *arena) {
+  tsolid_patch source = make_source(1);
+  tsi_patch patch, old;
+  for (int k = 0; k < 8; k++) {
+    double c = pow(1.9, k - 3.5);
+    int along = k & 1;
+    CHECK(tsi_patch_read(arena, &source, &old) && tsi_patch_read(arena, &source, &patch));
+    CHECK(tsi_patch_reparametrise(&patch, along, c));
+    for (int i = 0; i < 50; i++) {
+      double t[2] = {random_unit(), random_unit()}, u[2] = {t[0], t[1]}, x[4], y[4];
+      u[along] = c * t[along] / (c * t[along] + 1.0 - t[along]);
+      tsi_patch_evaluate(&patch, t[0], t[1], x, NULL);
+      tsi_patch_evaluate(&old, u[0], u[1], y, NULL);
+      for (int d = 0; d < 3; d++)
+        CHECK_NEAR(x[d] / x[3], y[d] / y[3], 1e-14);
+    }
+    CHECK(memcmp(patch.control, old.control, 4 * sizeof(double)) == 0);
+    CHECK_NEAR(patch.control[4 * (N_U * N_V - 1) + 3],
+               old.control[4 * (N_U * N_V - 1) + 3] * pow(c, patch.degree[along]), 1e-11);
+  }
+  tsi_patch same = patch;
+  same.knots[0] = tsi_arena_new(arena, N_U + 4, sizeof(double));
+  memcpy(same.knots[0], patch.knots[0], sizeof knots_u);
+  CHECK(!tsi_patch_reparametrise(&same, 0, 1e4)); /* 1e4^3 > 1e9 */
+  CHECK(!tsi_patch_reparametrise(&same, 0, (double)NAN));
+  CHECK(!tsi_patch_reparametrise(&same, 0, 0.0));
+  CHECK(memcmp(same.knots[0], patch.knots[0], sizeof knots_u) == 0);
+  same.knots[0][4] = nextafter(0.0, 1.0) + 2.3e-16; /* would fall on the end */
+  CHECK(!tsi_patch_reparametrise(&same, 0, 900.0));
+}
+
 /* Derivatives against central differences. */
 static void test_derivatives(tsi_arena *arena) {
   tsolid_patch source = make_source(1);
@@ -236,6 +295,8 @@ int main(void) {
     test_orient(&arena, rational);
     test_refine(&arena, rational);
   }
+  test_multiply(&arena);
+  test_reparametrise(&arena);
   test_derivatives(&arena);
   test_measure(&arena);
   test_vetting_sizes(context);

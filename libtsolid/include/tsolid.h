@@ -199,22 +199,31 @@ typedef struct tsolid_requirement {
 typedef struct tsolid_preparation {
   double snap[12];                /* largest distance a control point of the isoline was moved */
   double snap_inside[6];          /* the same for patch borders inside a side */
-  double weight_factor[6];        /* a side's weights were multiplied by this */
+  double weight_factor[6];        /* of all factors that weights of the side's patches were
+                                     multiplied by, the corners of bilinear ones included, the one
+                                     farthest from 1 as a ratio; 1: none, or Moebius changes only */
   double knot_merge;              /* largest change of a knot, relative to its range */
   int n_knots_inserted;           /* over all patches, by belts that needed them */
   int n_degrees_raised;           /* patch directions whose degree was raised */
   int refine_knots, raise_degree; /* asked for by options */
+  int n_bilinear_factors; /* patches multiplied by a positive bilinear function of (u,v), which
+                             raises degrees by one and changes neither surface nor parameters */
+  int n_moebius;          /* patch directions whose parameter t became c t/(c t + 1 - t), which
+                             changes knots and weights but not the surface; the parameter that
+                             most patches around the part share stands, the others are changed */
 } tsolid_preparation;
 
-/* Where input patch k lies: (s,t) of side = affine image of the patch's own (u,v).
- * p = (u - domain[0])/(domain[1]-domain[0]), q likewise with domain[2..3]; flip[0]: p = 1-p,
- * flip[1]: q = 1-q; swap: exchange p and q *after* flipping; s = box[0] + p (box[1]-box[0]),
- * t = box[2] + q (box[3]-box[2]). */
+/* Where input patch k lies: (s,t) of side = affine or projective image of the patch's own (u,v).
+ * p = (u - domain[0])/(domain[1]-domain[0]), q likewise with domain[2..3]; then, where moebius is
+ * not 1, p = moebius[0] p / (moebius[0] p + (1 - p)), q likewise; flip[0]: p = 1-p, flip[1]: q =
+ * 1-q; swap: exchange p and q *after* flipping; s = box[0] + p (box[1]-box[0]), t = box[2] + q
+ * (box[3]-box[2]). */
 typedef struct tsolid_placement {
   int side;
   int swap, flip[2];
   double box[4];
   double domain[4];
+  double moebius[2]; /* 1: affine */
 } tsolid_placement;
 
 typedef struct tsolid_boundary tsolid_boundary;

@@ -157,7 +157,8 @@ static tsolid_status place_patches(tsolid_context *context, tsi_arena *arena, co
   shell->facet = facet;
   shell->patch = tsi_arena_new(arena, (size_t)n, sizeof *shell->patch);
   shell->place = tsi_arena_new(arena, (size_t)n, sizeof *shell->place);
-  if (!shell->patch || !shell->place)
+  shell->moebius = tsi_arena_new(arena, (size_t)n, sizeof *shell->moebius);
+  if (!shell->patch || !shell->place || !shell->moebius)
     return tsi_no_memory(context, stage);
   memcpy(shell->n_strips, cube->n_strips, sizeof shell->n_strips);
   int p = 0;
@@ -167,6 +168,7 @@ static tsolid_status place_patches(tsolid_context *context, tsi_arena *arena, co
     for (int i = 0; i < count; i++, p++) {
       const tsi_place *place = &cube->place[side][i];
       shell->place[p] = place;
+      shell->moebius[p][0] = shell->moebius[p][1] = 1.0;
       if (!tsi_patch_orient(arena, &patch[place->facet], place->flip, place->swap,
                             &shell->patch[p]))
         return tsi_no_memory(context, stage);
@@ -199,6 +201,8 @@ static tsolid_status record_placements(tsolid_context *context, const tsi_shell 
       for (int d = 0; d < 2; d++) {
         out->domain[2 * d] = source->knots[d][0];
         out->domain[2 * d + 1] = source->knots[d][source->n_control[d] + source->degree[d]];
+        double a = shell->moebius[p][place->swap ? 1 - d : d];
+        out->moebius[d] = place->flip[d] ? 1.0 / a : a;
       }
     }
   return TSOLID_OK;
@@ -405,6 +409,10 @@ static tsolid_status create_from_patches(tsolid_context *context, tsi_arena *are
   if (!status)
     status = place_patches(context, arena, &cube, patch, facet, input->n_patches, &shell);
   int n_findings = context->n_findings;
+  if (!status)
+    status = tsi_shell_match_parameters(context, arena, &shell, &preparation);
+  if (!status)
+    status = tsi_shell_multiply_weights(context, arena, &shell, &preparation);
   if (!status)
     status = tsi_shell_unify(context, arena, &shell, options, &preparation);
   if (!status)

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
  * The steps from input to boundary, private to the stage:
  *
- *     patches -> facets -> cube -> shell (canonical patches) -> belts, weights, snapping -> draft
- *     Bezier sides -> facets -> cube -> draft
- *     draft -> boundary */
+ *     patches -> facets -> cube -> shell (canonical patches) -> parameters, factors, belts,
+ * weights, snapping -> draft Bezier sides -> facets -> cube -> draft draft -> boundary */
 #ifndef TSI_BOUNDARY_H
 #define TSI_BOUNDARY_H
 
@@ -25,7 +24,17 @@ typedef struct tsi_shell {
   const tsi_place **place;
   const tsi_facet *facet; /* by input number */
   double *line[3];        /* n_strips + 1 values where strips begin and end */
+  double (*moebius)[2];   /* per patch: its own x is now moebius x/(moebius x + 1 - x) */
 } tsi_shell;
+
+/* Gives both sides of every seam one parameter by Moebius changes of patches; refuses seams whose
+ * sides are apart at equal parameters for another reason. */
+tsolid_status tsi_shell_match_parameters(tsolid_context *context, tsi_arena *arena,
+                                         tsi_shell *shell, tsolid_preparation *preparation);
+/* Multiplies patches by constants and bilinear functions where weights do not agree along all seams
+ * up to one constant per patch; else does nothing. */
+tsolid_status tsi_shell_multiply_weights(tsolid_context *context, tsi_arena *arena,
+                                         tsi_shell *shell, tsolid_preparation *preparation);
 
 /* Raises and inserts until all patches of every belt share degree and knots. */
 tsolid_status tsi_shell_unify(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
@@ -37,6 +46,11 @@ tsolid_status tsi_shell_match_weights(tsolid_context *context, tsi_arena *arena,
 /* Makes the control rows of every seam one, bit for bit. */
 tsolid_status tsi_shell_snap(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                              tsolid_preparation *preparation);
+/* Number of the point x on the surface of the lattice n[0] x n[1] x n[2], and how many there are.
+ */
+size_t tsi_lattice_id(const size_t n[3], const size_t x[3]);
+double tsi_lattice_count(const size_t n[3]);
+
 /* Strip widths, then Bezier elements and functions. */
 tsolid_status tsi_shell_draft(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                               tsi_draft *draft);

@@ -121,21 +121,28 @@ size_t tsi_bspline_raise_work(int degree, int n_to, int n_components) {
   return 2 * (size_t)n_to * (size_t)n_components + (size_t)n_to + (size_t)degree + 3;
 }
 
+/* Refines to the knots `to` without every q-th inner one, starting with number `left_out`. */
+static void refine_without(int degree, int n, const double *knots, int n_to, const double *to,
+                           int left_out, int n_components, const double *from, double *refined,
+                           double *vector) {
+  int q = degree + 1, n_inner = n_to + q - 1, count = 0; /* knots of `to` but the outermost */
+  vector[count++] = to[0];
+  for (int j = 0; j < n_inner; j++)
+    if (j % q != left_out)
+      vector[count++] = to[1 + j];
+  vector[count++] = to[n_to + q];
+  memcpy(refined, from, (size_t)n * (size_t)n_components * sizeof *refined);
+  tsi_bspline_insert(degree, n, knots, count - degree - 1, vector, n_components, refined);
+}
+
 void tsi_bspline_raise(int degree, int n, const double *knots, int n_to, const double *to,
                        int n_components, const double *from, double *target, double *work) {
-  int q = degree + 1, n_inner = n_to + q - 1; /* knots of `to` but the outermost */
+  int q = degree + 1;
   size_t row = (size_t)n_components, size = (size_t)n_to * row;
   double *sum = work, *refined = work + size, *vector = refined + size;
   memset(sum, 0, size * sizeof *sum);
   for (int i = 0; i < q; i++) {
-    int count = 0;
-    vector[count++] = to[0];
-    for (int j = 0; j < n_inner; j++)
-      if (j % q != i)
-        vector[count++] = to[1 + j];
-    vector[count++] = to[n_to + q];
-    memcpy(refined, from, (size_t)n * row * sizeof *refined);
-    tsi_bspline_insert(degree, n, knots, count - degree - 1, vector, n_components, refined);
+    refine_without(degree, n, knots, n_to, to, i, n_components, from, refined, vector);
     for (int j = 0; j < n_to; j++) {
       const double *in = refined + (size_t)(j - (j + q - 1 - i) / q) * row;
       double *base = target + (size_t)j * row, *out = sum + (size_t)j * row;
@@ -148,4 +155,40 @@ void tsi_bspline_raise(int degree, int n, const double *knots, int n_to, const d
   }
   for (size_t c = 0; c < size; c++)
     target[c] += sum[c] / q;
+}
+
+void tsi_bspline_multiply(int degree, int n, const double *knots, double low, double high, int n_to,
+                          const double *to, int n_components, const double *from, double *target,
+                          double *work) {
+  int q = degree + 1;
+  size_t row = (size_t)n_components, size = (size_t)n_to * row;
+  double *refined = work + size, *vector = refined + size;
+  memset(target, 0, size * sizeof *target);
+  for (int i = 0; i < q; i++) {
+    refine_without(degree, n, knots, n_to, to, i, n_components, from, refined, vector);
+    for (int j = 0; j < n_to; j++) {
+      const double *in = refined + (size_t)(j - (j + q - 1 - i) / q) * row;
+      double x = to[1 + j + (i + q - j % q) % q], factor = (1.0 - x) * low + x * high;
+      for (size_t c = 0; c < row; c++)
+        target[(size_t)j * row + c] += factor * in[c];
+    }
+  }
+  for (size_t c = 0; c < size; c++)
+    target[c] /= q;
+}
+
+static double map_knot(double x, double c) {
+  double y = x / (x + c * (1.0 - x));
+  return 1.0 - (1.0 - y);
+}
+
+int tsi_knots_moebius(int degree, int n, double c, double *knots) {
+  for (int i = degree + 1; i < n; i++) {
+    double x = map_knot(knots[i], c);
+    if (x == 0.0 || x == 1.0 || (i + degree < n && x == map_knot(knots[i + degree], c)))
+      return 0;
+  }
+  for (int i = 0; i < n + degree + 1; i++)
+    knots[i] = map_knot(knots[i], c);
+  return 1;
 }

@@ -6,6 +6,8 @@
 #ifndef TSI_BSPLINE_H
 #define TSI_BSPLINE_H
 
+#include <stddef.h>
+
 /* x = (k - knots[0]) / (last - first), then x = 1 - (1 - x): multiples of 2^-53, on which the
  * mirror image 1 - x is exact. So a vector and its reverse have the same normal form. */
 void tsi_knots_normalise(int n_knots, const double *knots, double *normal);
@@ -34,5 +36,18 @@ void tsi_bspline_insert(int degree, int n, const double *knots, int n_to, const 
 void tsi_bspline_raise(int degree, int n, const double *knots, int n_to, const double *to,
                        int n_components, const double *from, double *target, double *work);
 size_t tsi_bspline_raise_work(int degree, int n_to, int n_components);
+
+/* The product with (1 - x) low + x high, low and high >= 0, on knots over [0,1]: otherwise as
+ * tsi_bspline_raise. Where raising averages, each refinement is weighted by the linear function at
+ * the knot that it leaves out: the blossom of the product. Convex combinations times positive
+ * factors; where low = high = 1 it is tsi_bspline_raise but for round-off. */
+void tsi_bspline_multiply(int degree, int n, const double *knots, double low, double high, int n_to,
+                          const double *to, int n_components, const double *from, double *target,
+                          double *work);
+
+/* x = value/(value + c (1 - value)) on all knots, which the map u = c x/(c x + 1 - x) takes back;
+ * in the normal form of tsi_knots_normalise. 0, knots as they were, when they would fall together
+ * so that one stands more than `degree` times. */
+int tsi_knots_moebius(int degree, int n, double c, double *knots);
 
 #endif

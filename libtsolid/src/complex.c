@@ -301,10 +301,46 @@ static double border_tolerance(const tsi_complex *c, int slot) {
   return c->facet[slot / 4].tolerance[slot % 4];
 }
 
-static int borders_within(const tsi_complex *c, int a, int b, double part) {
+static int is_within(const tsi_complex *c, int a, int b, double distance, double part) {
   double allowed = part * min_of(border_length(c, a), border_length(c, b));
   allowed = max_of(allowed, 4.0 * max_of(border_tolerance(c, a), border_tolerance(c, b)));
-  return compare_geometry(c, a, b) <= allowed;
+  return distance <= allowed;
+}
+
+static double measure_segment_distance(const double x[3], const double a[3], const double b[3]) {
+  double along = 0.0, square = 0.0, foot[3];
+  for (int k = 0; k < 3; k++) {
+    along += (x[k] - a[k]) * (b[k] - a[k]);
+    square += (b[k] - a[k]) * (b[k] - a[k]);
+  }
+  double t = square > 0.0 ? along / square : 0.0;
+  t = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
+  for (int k = 0; k < 3; k++)
+    foot[k] = a[k] + t * (b[k] - a[k]);
+  return tsi_distance(x, foot);
+}
+
+/* Distance from a border's samples to the polygon through the known points of another. */
+static double measure_aside(const tsi_complex *c, int a, int b) {
+  double worst = 0.0;
+  for (int i = 0; i < 3; i++) {
+    const double *previous = corner_point(c, b);
+    double least = INFINITY;
+    for (int k = 0; k < 4; k++) {
+      const double *next =
+          k < 3 ? border_sample(c, b, k, 0) : corner_point(c, b / 4 * 4 + (b + 1) % 4);
+      least = min_of(least, measure_segment_distance(border_sample(c, a, i, 0), previous, next));
+      previous = next;
+    }
+    worst = max_of(worst, least);
+  }
+  return worst;
+}
+
+/* How far two borders between the same vertices run apart: a coarse measure, but one that another
+ * parameter on one of them does not blow up. */
+static double compare_courses(const tsi_complex *c, int a, int b) {
+  return min_of(compare_geometry(c, a, b), max_of(measure_aside(c, a, b), measure_aside(c, b, a)));
 }
 
 static void refuse_shared(tsi_complex *c, int slot, int n) {
@@ -329,9 +365,9 @@ static void match_group(tsi_complex *c, int m, const border_entry *group) {
       int b = group[j].slot;
       if (j == i)
         continue;
-      n_coincident += borders_within(c, a, b, coincident);
-      double distance = compare_geometry(c, a, b);
-      if (borders_within(c, a, b, same_edge) && (nearest < 0 || distance < least)) {
+      n_coincident += is_within(c, a, b, compare_geometry(c, a, b), coincident);
+      double distance = compare_courses(c, a, b);
+      if (is_within(c, a, b, distance, same_edge) && (nearest < 0 || distance < least)) {
         nearest = b;
         least = distance;
       }
@@ -402,19 +438,6 @@ static double measure_gap(const tsi_complex *c, int a, int b, double at[3]) {
     }
   }
   return best;
-}
-
-static double measure_segment_distance(const double x[3], const double a[3], const double b[3]) {
-  double along = 0.0, square = 0.0, foot[3];
-  for (int k = 0; k < 3; k++) {
-    along += (x[k] - a[k]) * (b[k] - a[k]);
-    square += (b[k] - a[k]) * (b[k] - a[k]);
-  }
-  double t = square > 0.0 ? along / square : 0.0;
-  t = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
-  for (int k = 0; k < 3; k++)
-    foot[k] = a[k] + t * (b[k] - a[k]);
-  return tsi_distance(x, foot);
 }
 
 /* Is vertex v, an end of another free border, inside free border a? On the polygon through its five

@@ -151,7 +151,7 @@ static tsolid_status build_axis(tsolid_context *context, tsi_arena *arena, const
  */
 
 /* Consecutive numbers for the surface points: the bottom, the top, then the rings between. */
-static size_t lattice_id(const size_t n[3], const size_t x[3]) {
+size_t tsi_lattice_id(const size_t n[3], const size_t x[3]) {
   size_t layer = n[0] * n[1], ring = 2 * (n[0] + n[1]) - 4, at;
   if (x[2] == 0)
     return x[0] + n[0] * x[1];
@@ -166,6 +166,11 @@ static size_t lattice_id(const size_t n[3], const size_t x[3]) {
   return 2 * layer + (x[2] - 1) * ring + at;
 }
 
+double tsi_lattice_count(const size_t n[3]) {
+  double x = (double)n[0], y = (double)n[1], z = (double)n[2];
+  return 2.0 * x * y + (z - 2.0) * (2.0 * (x + y) - 4.0);
+}
+
 static size_t side_id(int side, const axis_basis basis[3], size_t i, size_t j) {
   size_t n[3], x[3];
   for (int a = 0; a < 3; a++)
@@ -173,7 +178,7 @@ static size_t side_id(int side, const axis_basis basis[3], size_t i, size_t j) {
   x[tsi_side_axis(side)] = side & 1 ? n[tsi_side_axis(side)] - 1 : 0;
   x[tsi_side_s(side)] = i;
   x[tsi_side_t(side)] = j;
-  return lattice_id(n, x);
+  return tsi_lattice_id(n, x);
 }
 
 static void collect_points(const tsi_shell *shell, const axis_basis basis[3], tsi_draft *draft) {
@@ -255,8 +260,10 @@ tsolid_status tsi_shell_draft(tsolid_context *context, tsi_arena *arena, tsi_she
     status = build_axis(context, arena, shell, axis, &basis[axis]);
   if (status)
     return status;
-  double x = basis[0].n_functions, y = basis[1].n_functions, z = basis[2].n_functions;
-  double n = 2.0 * x * y + (z - 2.0) * (2.0 * (x + y) - 4.0);
+  size_t n_lattice[3];
+  for (int a = 0; a < 3; a++)
+    n_lattice[a] = (size_t)basis[a].n_functions;
+  double n = tsi_lattice_count(n_lattice);
   if (n > TSI_MAX_COUNT / 16)
     return tsi_fail(context, TSOLID_ERROR_REFUSED, stage, "The boundary has too many functions");
   draft->n_functions = (int)n;

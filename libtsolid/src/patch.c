@@ -217,7 +217,10 @@ static double *widen_net(tsi_arena *arena, const tsi_patch *patch, int along, in
   return control;
 }
 
-static int raise_once(tsi_arena *arena, tsi_patch *patch, int along) {
+/* One degree more along `along`: times the linear function from factor[0] to factor[1], or as it
+ * is for NULL. `out` gets arrays of its own, but for the knots across. */
+static int elevate(tsi_arena *arena, const tsi_patch *patch, int along, const double *factor,
+                   tsi_patch *out) {
   int degree = patch->degree[along], n = patch->n[along];
   int n_to = tsi_knots_raise(degree, n, patch->knots[along], NULL);
   int components = along ? 4 * patch->n[0] : 4, n_rows = along ? 1 : patch->n[1];
@@ -228,21 +231,27 @@ static int raise_once(tsi_arena *arena, tsi_patch *patch, int along) {
   if (!to || !work || !control)
     return 0;
   tsi_knots_raise(degree, n, patch->knots[along], to);
-  for (int j = 0; j < n_rows; j++)
-    tsi_bspline_raise(degree, n, patch->knots[along], n_to, to, components,
-                      patch->control + 4 * (size_t)n * (size_t)j,
-                      control + 4 * (size_t)n_to * (size_t)j, work);
-  patch->degree[along]++;
-  patch->n[along] = n_to;
-  patch->knots[along] = to;
-  patch->control = control;
+  for (int j = 0; j < n_rows; j++) {
+    const double *from = patch->control + 4 * (size_t)n * (size_t)j;
+    double *target = control + 4 * (size_t)n_to * (size_t)j;
+    if (factor)
+      tsi_bspline_multiply(degree, n, patch->knots[along], factor[0], factor[1], n_to, to,
+                           components, from, target, work);
+    else
+      tsi_bspline_raise(degree, n, patch->knots[along], n_to, to, components, from, target, work);
+  }
+  *out = *patch;
+  out->degree[along]++;
+  out->n[along] = n_to;
+  out->knots[along] = to;
+  out->control = control;
   return 1;
 }
 
 int tsi_patch_refine(tsi_arena *arena, tsi_patch *patch, int along, int raise, int n_to,
                      const double *to) {
   for (int r = 0; r < raise; r++)
-    if (!raise_once(arena, patch, along))
+    if (!elevate(arena, patch, along, NULL, patch))
       return 0;
   int degree = patch->degree[along], n = patch->n[along];
   size_t n_knots = (size_t)(n_to + degree + 1);
@@ -260,6 +269,49 @@ int tsi_patch_refine(tsi_arena *arena, tsi_patch *patch, int along, int raise, i
   patch->n[along] = n_to;
   patch->knots[along] = knots;
   patch->control = control;
+  return 1;
+}
+
+/* ---- the same surface, otherwise ---------------------------------------------------------------
+ */
+
+int tsi_patch_multiply(tsi_arena *arena, tsi_patch *patch, const double corner[4], int *n_raised) {
+  static const double fall[2] = {1.0, 0.0}, rise[2] = {0.0, 1.0};
+  double low[2] = {corner[0], corner[1]}, high[2] = {corner[2], corner[3]};
+  double across[2] = {corner[0], corner[2]};
+  int varies[2] = {corner[0] != corner[1] || corner[2] != corner[3],
+                   corner[0] != corner[2] || corner[1] != corner[3]};
+  tsi_patch at_low, at_high;
+  *n_raised = varies[0] + varies[1];
+  if (!varies[0])
+    return elevate(arena, patch, 1, across, patch);
+  if (!varies[1])
+    return elevate(arena, patch, 0, low, patch);
+  if (!elevate(arena, patch, 0, low, &at_low) || !elevate(arena, patch, 0, high, &at_high) ||
+      !elevate(arena, &at_low, 1, fall, &at_low) || !elevate(arena, &at_high, 1, rise, &at_high))
+    return 0;
+  for (size_t i = 0; i < 4 * (size_t)at_low.n[0] * (size_t)at_low.n[1]; i++)
+    at_low.control[i] += at_high.control[i];
+  *patch = at_low;
+  return 1;
+}
+
+int tsi_patch_reparametrise(tsi_patch *patch, int along, double c) {
+  int degree = patch->degree[along], n = patch->n[along];
+  double *knots = patch->knots[along], extent = degree * fabs(log(c));
+  if (!(extent <= log(1e9)))
+    return 0;
+  if (!tsi_knots_moebius(degree, n, c, knots))
+    return 0;
+  for (int j = 0; j < patch->n[1]; j++)
+    for (int i = 0; i < patch->n[0]; i++) {
+      int m = along ? j : i;
+      double factor = 1.0, *at = patch->control + 4 * ((size_t)i + (size_t)patch->n[0] * (size_t)j);
+      for (int k = 1; k <= degree; k++)
+        factor *= (1.0 - knots[m + k]) + c * knots[m + k];
+      for (int k = 0; k < 4; k++)
+        at[k] *= factor;
+    }
   return 1;
 }
 

@@ -35,6 +35,17 @@ int tsi_patch_orient(tsi_arena *arena, const tsi_patch *from, const int flip[2],
 int tsi_patch_refine(tsi_arena *arena, tsi_patch *patch, int along, int raise, int n_to,
                      const double *to);
 
+/* The same points at the same parameters, times the function (1-u)(1-v) corner[0] + u (1-v)
+ * corner[1] + (1-u) v corner[2] + u v corner[3], corner > 0: weights change, the surface does not.
+ * One degree more in the directions that the function varies in; *n_raised counts them. */
+int tsi_patch_multiply(tsi_arena *arena, tsi_patch *patch, const double corner[4], int *n_raised);
+/* The new parameter t of direction `along` stands for c t/(c t + 1 - t): every control point is
+ * multiplied by the product of 1 - t + c t over the new knots that it depends on, Euclidean points
+ * and the weight at the low end stay. Exact, by the blossom, for any knots. Returns 0, and leaves
+ * the patch alone, when knots would fall together or weights would leave the range
+ * 1e-9 .. 1e9 of what they were. */
+int tsi_patch_reparametrise(tsi_patch *patch, int along, double c);
+
 /* Homogeneous point, and first derivatives in u and v unless `d` is NULL: rows of 4. */
 void tsi_patch_evaluate(const tsi_patch *patch, double u, double v, double point[4],
                         double d[2][4]);

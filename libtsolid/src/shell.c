@@ -1,27 +1,22 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
- * Patches in canonical position made to fit: belts, weights, snapping.
+ * Patches in canonical position made to fit: belts, snapping.
  *
  * A *strip* is the interval of an axis that one patch covers; the *belt* of a strip is the closed
  * band of patches, on the four sides that carry the axis, that must share degree and knots along
- * it. A *seam* is the common border of two patches. Everything is visited in canonical order. */
+ * it. Everything is visited in canonical order. */
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "boundary.h"
 #include "bspline.h"
+#include "seams.h"
 
 static const char stage[] = "boundary";
 
 /* Knots of different patches closer than this are one knot. */
 static const double knot_resolution = 1e-11;
-static const double weight_agreement = 1e-10;
 
 static double max_of(double a, double b) {
   return a > b ? a : b;
-}
-
-static const tsi_facet *facet_of(const tsi_shell *shell, int p) {
-  return &shell->facet[shell->place[p]->facet];
 }
 
 /* ---- belts ------------------------------------------------------------------------------------
@@ -253,241 +248,46 @@ tsolid_status tsi_shell_unify(tsolid_context *context, tsi_arena *arena, tsi_she
   return TSOLID_OK;
 }
 
-/* ---- seams ------------------------------------------------------------------------------------
- */
-
-/* The common border of two patches: direction `along` of patch p at the `end` of the other one. */
-typedef struct seam {
-  struct {
-    int patch, along, end;
-  } row[2];
-  int isoline; /* -1: inside a side */
-  int side;
-} seam;
-
-static double *row_point(const tsi_shell *shell, const seam *s, int which, int m) {
-  const tsi_patch *patch = &shell->patch[s->row[which].patch];
-  int along = s->row[which].along, across = 1 - along;
-  size_t fixed = s->row[which].end ? (size_t)patch->n[across] - 1 : 0, n0 = (size_t)patch->n[0];
-  return patch->control + 4 * (along ? fixed + n0 * (size_t)m : (size_t)m + n0 * fixed);
-}
-
-static int row_count(const tsi_shell *shell, const seam *s) {
-  return shell->patch[s->row[0].patch].n[s->row[0].along];
-}
-
-/* The patch's own border under a row: see tsolid_placement for the order of flip and swap. */
-static int natural_border(const tsi_shell *shell, const seam *s, int which) {
-  const tsi_place *place = shell->place[s->row[which].patch];
-  int along = place->swap ? 1 - s->row[which].along : s->row[which].along;
-  int end = s->row[which].end ^ place->flip[1 - along];
-  return along == 0 ? (end ? 2 : 0) : (end ? 1 : 3);
-}
-
-static int inner_seams(const tsi_shell *shell, int side, seam *out) {
-  int n_s = shell->n_strips[tsi_side_s(side)], n_t = shell->n_strips[tsi_side_t(side)], n = 0;
-  for (int j = 0; j < n_t; j++)
-    for (int i = 0; i < n_s; i++) {
-      int p = shell->first[side] + i + n_s * j;
-      if (i + 1 < n_s)
-        out[n++] = (seam){{{p, 1, 1}, {p + 1, 1, 0}}, -1, side};
-      if (j + 1 < n_t)
-        out[n++] = (seam){{{p, 0, 1}, {p + n_s, 0, 0}}, -1, side};
-    }
-  return n;
-}
-
-static int isoline_seams(const tsi_shell *shell, int isoline, seam *out) {
-  int axis = isoline / 4, end[2] = {isoline & 1, isoline >> 1 & 1};
-  int other[2] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
-  for (int strip = 0; strip < shell->n_strips[axis]; strip++) {
-    seam s = {.isoline = isoline, .side = -1};
-    for (int k = 0; k < 2; k++) {
-      int side = 2 * other[k] + end[k], across = other[1 - k];
-      int along = tsi_side_t(side) == axis, at = end[1 - k] ? shell->n_strips[across] - 1 : 0;
-      int i = along ? at : strip, j = along ? strip : at;
-      s.row[k].patch = shell->first[side] + i + shell->n_strips[tsi_side_s(side)] * j;
-      s.row[k].along = along;
-      s.row[k].end = end[1 - k];
-    }
-    out[strip] = s;
-  }
-  return shell->n_strips[axis];
-}
-
-/* All 2 n_patches seams: isolines first, then inside the sides. NULL: no memory. */
-static seam *list_seams(tsi_arena *arena, const tsi_shell *shell, int *n) {
-  seam *list = tsi_arena_new(arena, 2 * (size_t)shell->first[6], sizeof *list);
-  *n = 0;
-  for (int i = 0; list && i < 12; i++)
-    *n += isoline_seams(shell, i, list + *n);
-  for (int i = 0; list && i < 6; i++)
-    *n += inner_seams(shell, i, list + *n);
-  return list;
-}
-
-static void name_seam(const tsi_shell *shell, const seam *s, char text[2][TSI_BORDER_NAME_SIZE],
-                      tsolid_finding *finding) {
-  for (int k = 0; k < 2; k++) {
-    int p = s->row[k].patch, b = natural_border(shell, s, k);
-    tsi_name_border(facet_of(shell, p), shell->place[p]->facet, b, text[k]);
-    if (k == 0) {
-      finding->entity = TSOLID_ENTITY_BORDER;
-      finding->index[0] = shell->place[p]->facet;
-      finding->index[1] = b;
-    }
-  }
-}
-
-static void project(const double h[4], double x[3]) {
-  for (int c = 0; c < 3; c++)
-    x[c] = h[c] / h[3];
-}
-
-static double measure_distance(const double a[4], const double b[4]) {
-  double x[3], y[3];
-  project(a, x);
-  project(b, y);
-  return hypot(hypot(x[0] - y[0], x[1] - y[1]), x[2] - y[2]);
-}
-
-/* ---- weights -----------------------------------------------------------------------------------
- */
-
-static double weight_ratio(const tsi_shell *shell, const seam *s, int m) {
-  return row_point(shell, s, 0, m)[3] / row_point(shell, s, 1, m)[3];
-}
-
-static int weights_agree(const tsi_shell *shell, const seam *s) {
-  for (int m = 0; m < row_count(shell, s); m++)
-    if (!(fabs(weight_ratio(shell, s, m) - 1.0) <= weight_agreement))
-      return 0;
-  return 1;
-}
-
-/* factor[p], propagated from patch 0 over the seams in order. A ratio that is one within the
- * agreement is one, so that no weight changes without need. */
-static void propagate_factors(const tsi_shell *shell, int n, const seam *list, double *factor) {
-  factor[0] = 1.0;
-  for (int changed = 1; changed;) {
-    changed = 0;
-    for (int i = 0; i < n; i++) {
-      int a = list[i].row[0].patch, b = list[i].row[1].patch;
-      if ((factor[a] > 0.0) == (factor[b] > 0.0))
-        continue;
-      double ratio = weights_agree(shell, &list[i]) ? 1.0 : weight_ratio(shell, &list[i], 0);
-      if (factor[a] > 0.0)
-        factor[b] = factor[a] * ratio;
-      else
-        factor[a] = factor[b] / ratio;
-      changed = 1;
-    }
-  }
-}
-
-static tsolid_status check_factors(tsolid_context *context, const tsi_shell *shell, const seam *s,
-                                   const double *factor) {
-  double wanted = factor[s->row[1].patch] / factor[s->row[0].patch];
-  for (int m = 0; m < row_count(shell, s); m++) {
-    double ratio = weight_ratio(shell, s, m), off = fabs(ratio / wanted - 1.0);
-    if (off <= weight_agreement)
-      continue;
-    char name[2][TSI_BORDER_NAME_SIZE];
-    tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
-    name_seam(shell, s, name, &finding);
-    finding.has_point = 1;
-    project(row_point(shell, s, 0, m), finding.point);
-    finding.measured = off;
-    finding.allowed = weight_agreement;
-    return tsi_report(context, &finding,
-                      "The weights of %s and %s do not fit: their ratio is %.12g where the other "
-                      "edges ask for %.12g",
-                      name[0], name[1], ratio, wanted);
-  }
-  return TSOLID_OK;
-}
-
-tsolid_status tsi_shell_match_weights(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
-                                      tsolid_preparation *preparation) {
-  int n, agree = 1;
-  seam *list = list_seams(arena, shell, &n);
-  double *factor = tsi_arena_new(arena, (size_t)shell->first[6], sizeof *factor);
-  if (!list || !factor)
-    return tsi_no_memory(context, stage);
-  for (int side = 0; side < 6; side++)
-    preparation->weight_factor[side] = 1.0;
-  for (int i = 0; i < n; i++)
-    agree = agree && weights_agree(shell, &list[i]);
-  if (agree)
-    return TSOLID_OK;
-  propagate_factors(shell, n, list, factor);
-  tsolid_status status = TSOLID_OK;
-  for (int i = 0; !status && i < n; i++)
-    status = check_factors(context, shell, &list[i], factor);
-  for (int p = 0; !status && p < shell->first[6]; p++) {
-    tsi_patch *patch = &shell->patch[p];
-    size_t count = 4 * (size_t)patch->n[0] * (size_t)patch->n[1];
-    for (size_t i = 0; i < count; i++)
-      patch->control[i] *= factor[p];
-  }
-  for (int side = 0; !status && side < 6; side++)
-    preparation->weight_factor[side] = factor[shell->first[side]];
-  return status;
-}
-
 /* ---- snapping ----------------------------------------------------------------------------------
  */
 
-static double seam_tolerance(const tsi_shell *shell, const seam *s) {
-  double tolerance = 0.0;
-  for (int k = 0; k < 2; k++)
-    tolerance =
-        max_of(tolerance, facet_of(shell, s->row[k].patch)->tolerance[natural_border(shell, s, k)]);
-  return tolerance;
-}
-
-static tsolid_status refuse_gap(tsolid_context *context, const tsi_shell *shell, const seam *s,
+static tsolid_status refuse_gap(tsolid_context *context, const tsi_shell *shell, const tsi_seam *s,
                                 int m, double distance) {
   char name[2][TSI_BORDER_NAME_SIZE];
-  int n = row_count(shell, s);
   tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
-  name_seam(shell, s, name, &finding);
+  tsi_seam_name(shell, s, name, &finding);
   finding.has_point = 1;
-  project(row_point(shell, s, 0, m), finding.point);
+  tsi_seam_project(tsi_seam_point(shell, s, 0, m), finding.point);
   finding.measured = distance;
-  finding.allowed = seam_tolerance(shell, s);
-  double at_ends =
-      max_of(measure_distance(row_point(shell, s, 0, 0), row_point(shell, s, 1, 0)),
-             measure_distance(row_point(shell, s, 0, n - 1), row_point(shell, s, 1, n - 1)));
+  finding.allowed = tsi_seam_tolerance(shell, s);
   return tsi_report(context, &finding,
                     "%s and %s differ by %.3g, more than the tolerance of %.3g, near (%.6g, %.6g, "
-                    "%.6g)%s",
+                    "%.6g)",
                     name[0], name[1], distance, finding.allowed, finding.point[0], finding.point[1],
-                    finding.point[2],
-                    at_ends <= finding.allowed
-                        ? ": they run apart, or run along one curve with different parameters"
-                        : "");
+                    finding.point[2]);
 }
 
-static tsolid_status check_gaps(tsolid_context *context, const tsi_shell *shell, const seam *s) {
+static tsolid_status check_gaps(tsolid_context *context, const tsi_shell *shell,
+                                const tsi_seam *s) {
   double worst = -1.0;
   int at = 0;
-  for (int m = 0; m < row_count(shell, s); m++) {
-    double distance = measure_distance(row_point(shell, s, 0, m), row_point(shell, s, 1, m));
+  for (int m = 0; m < tsi_seam_count(shell, s, 0); m++) {
+    double distance =
+        tsi_seam_distance(tsi_seam_point(shell, s, 0, m), tsi_seam_point(shell, s, 1, m));
     if (distance > worst) {
       worst = distance;
       at = m;
     }
   }
-  if (worst <= seam_tolerance(shell, s))
+  if (worst <= tsi_seam_tolerance(shell, s))
     return TSOLID_OK;
   return refuse_gap(context, shell, s, at, worst);
 }
 
 /* -1, 0, 1 by the first values that differ; rows of interior control points. */
-static int compare_rows(const tsi_shell *shell, const seam *s, int first, int end) {
+static int compare_rows(const tsi_shell *shell, const tsi_seam *s, int first, int end) {
   for (int m = first; m < end; m++) {
-    const double *a = row_point(shell, s, 0, m), *b = row_point(shell, s, 1, m);
+    const double *a = tsi_seam_point(shell, s, 0, m), *b = tsi_seam_point(shell, s, 1, m);
     for (int c = 0; c < 4; c++)
       if (a[c] != b[c])
         return a[c] < b[c] ? -1 : 1;
@@ -495,18 +295,18 @@ static int compare_rows(const tsi_shell *shell, const seam *s, int first, int en
   return 0;
 }
 
-static double snap_points(const tsi_shell *shell, const seam *s, int first, int end) {
+static double snap_points(const tsi_shell *shell, const tsi_seam *s, int first, int end) {
   int order = compare_rows(shell, s, first, end);
   double moved = 0.0;
   for (int m = first; order && m < end; m++) {
-    double *a = row_point(shell, s, 0, m), *b = row_point(shell, s, 1, m);
-    moved = max_of(moved, measure_distance(a, b));
+    double *a = tsi_seam_point(shell, s, 0, m), *b = tsi_seam_point(shell, s, 1, m);
+    moved = max_of(moved, tsi_seam_distance(a, b));
     memcpy(order < 0 ? b : a, order < 0 ? a : b, 4 * sizeof *a);
   }
   return moved;
 }
 
-static void record_move(const seam *s, double moved, tsolid_preparation *preparation) {
+static void record_move(const tsi_seam *s, double moved, tsolid_preparation *preparation) {
   double *slot =
       s->isoline >= 0 ? &preparation->snap[s->isoline] : &preparation->snap_inside[s->side];
   *slot = max_of(*slot, moved);
@@ -529,7 +329,7 @@ static double *copy_corners(tsi_arena *arena, const tsi_shell *shell) {
 tsolid_status tsi_shell_snap(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                              tsolid_preparation *preparation) {
   int n;
-  seam *list = list_seams(arena, shell, &n);
+  tsi_seam *list = tsi_seams_list(arena, shell, &n);
   double *corner = copy_corners(arena, shell);
   if (!list || !corner)
     return tsi_no_memory(context, stage);
@@ -543,27 +343,26 @@ tsolid_status tsi_shell_snap(tsolid_context *context, tsi_arena *arena, tsi_shel
   if (status)
     return status;
   for (int i = 0; i < n; i++) {
-    double moved = snap_points(shell, &list[i], 1, row_count(shell, &list[i]) - 1);
+    double moved = snap_points(shell, &list[i], 1, tsi_seam_count(shell, &list[i], 0) - 1);
     record_move(&list[i], moved, preparation);
   }
   for (int changed = 1; changed;) { /* the least candidate goes round each vertex */
     changed = 0;
     for (int i = 0; i < n; i++)
       for (int k = 0; k < 2; k++) {
-        int m = k ? row_count(shell, &list[i]) - 1 : 0;
+        int m = k ? tsi_seam_count(shell, &list[i], 0) - 1 : 0;
         changed |= compare_rows(shell, &list[i], m, m + 1) != 0;
         snap_points(shell, &list[i], m, m + 1);
       }
   }
   for (int i = 0; i < n; i++)
     for (int k = 0; k < 4; k++) {
-      const seam *s = &list[i];
-      int which = k & 1, high = k >> 1, end = s->row[which].end;
-      int at = s->row[which].along ? end + 2 * high : high + 2 * end;
-      int m = high ? row_count(shell, s) - 1 : 0;
+      const tsi_seam *s = &list[i];
+      int which = k & 1, high = k >> 1, at = tsi_seam_corner(s, which, high);
+      int m = high ? tsi_seam_count(shell, s, 0) - 1 : 0;
       record_move(s,
-                  measure_distance(corner + 16 * s->row[which].patch + 4 * at,
-                                   row_point(shell, s, which, m)),
+                  tsi_seam_distance(corner + 16 * s->row[which].patch + 4 * at,
+                                    tsi_seam_point(shell, s, which, m)),
                   preparation);
     }
   return TSOLID_OK;

@@ -475,10 +475,14 @@ class Placement:
         self.flip = tuple(bool(f) for f in struct.flip)
         self.box = tuple(struct.box)
         self.domain = tuple(struct.domain)
+        self.moebius = tuple(struct.moebius)  # (1, 1): the map is affine
 
     def map(self, u, v):
         a, b, c, d = self.domain
         p, q = (u - a) / (b - a), (v - c) / (d - c)
+        p, q = (
+            a * x / (a * x + (1.0 - x)) if a != 1.0 else x for a, x in zip(self.moebius, (p, q))
+        )
         p = 1.0 - p if self.flip[0] else p
         q = 1.0 - q if self.flip[1] else q
         if self.swap:

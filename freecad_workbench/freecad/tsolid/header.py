@@ -175,6 +175,8 @@ class Preparation(ctypes.Structure):
         ("n_degrees_raised", c_int),
         ("refine_knots", c_int),
         ("raise_degree", c_int),
+        ("n_bilinear_factors", c_int),
+        ("n_moebius", c_int),
     ]
 
 
@@ -185,6 +187,7 @@ class Placement(ctypes.Structure):
         ("flip", c_int * 2),
         ("box", c_double * 4),
         ("domain", c_double * 4),
+        ("moebius", c_double * 2),
     ]
 
 
