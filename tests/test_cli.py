@@ -354,7 +354,7 @@ class TargetTest(CommandTest):
         for name, data in (
             ("cut", good[:-1]), ("long", good + b"x"), ("empty", b""), ("alien", b"PK" * 99),
             ("flipped", good[:500] + bytes([good[500] ^ 1]) + good[501:]),
-            ("newer", good[:8] + b"\x02" + good[9:]),
+            ("newer", good[:8] + b"\x7f" + good[9:]),
         ):
             with open(self.path(name), "wb") as stream:
                 stream.write(data)

@@ -68,9 +68,10 @@ void cli_print_requirement(const tsolid_requirement *r) {
 }
 
 void cli_print_preparation(const tsolid_preparation *p) {
-  double snap = fmax(largest(p->snap, 12), largest(p->snap_inside, 6)), factor = 0;
+  double snap = fmax(largest(p->snap, 12), largest(p->snap_inside, 6)), factor = 1;
   for (int k = 0; k < 6; k++)
-    factor = fmax(factor, fabs(p->weight_factor[k] - 1));
+    if (fabs(log(p->weight_factor[k])) > fabs(log(factor)))
+      factor = p->weight_factor[k];
   print_title("Preparation");
   if (snap > 0)
     printf("borders snapped by up to %.3g\n", snap);
@@ -79,9 +80,14 @@ void cli_print_preparation(const tsolid_preparation *p) {
   print_title("");
   printf("%d knots inserted, %d degrees raised, knots merged within %.3g of their range\n",
          p->n_knots_inserted, p->n_degrees_raised, p->knot_merge);
-  if (factor > 0) {
+  if (factor > 1 || factor < 1) {
     print_title("");
-    printf("weights of a side scaled by up to %.3g\n", 1 + factor);
+    printf("weights multiplied by up to %.3g, on %d patches by a bilinear function: exact\n",
+           factor, p->n_bilinear_factors);
+  }
+  if (p->n_moebius > 0) {
+    print_title("");
+    printf("parameters changed projectively in %d patch directions: exact\n", p->n_moebius);
   }
   if (p->refine_knots > 0 || p->raise_degree > 0) {
     print_title("");

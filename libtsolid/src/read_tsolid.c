@@ -16,6 +16,7 @@ typedef struct reader {
   const char *path;
   const unsigned char *at, *section_end, *end;
   char tag[5];
+  int version;
   tsolid_status status;
 } reader;
 
@@ -160,9 +161,10 @@ static int read_header(reader *r) {
       memcmp(r->at, TSI_TSOLID_MAGIC, TSI_TSOLID_MAGIC_SIZE) != 0)
     return fail(r, "this is no .tsolid file");
   uint64_t version = decode(r->at + TSI_TSOLID_MAGIC_SIZE, 4);
-  if (version != TSI_TSOLID_VERSION)
+  if (version < 1 || version > TSI_TSOLID_VERSION)
     return fail(r, version > TSI_TSOLID_VERSION ? "it was written by a newer version"
                                                 : "its version is not known");
+  r->version = (int)version;
   r->at += TSI_TSOLID_MAGIC_SIZE + 4;
   return 1;
 }
@@ -205,12 +207,13 @@ static int read_side(reader *r, int n_functions, tsi_side *side) {
 }
 
 static int read_facts(reader *r, tsolid_requirement *q, tsolid_preparation *p) {
-  int counts[9], changes[4];
+  int counts[9], changes[6] = {0};
   if (!begin_section(r, "FACT") || !get_ints(r, 9, -1, TSI_MAX_COUNT, counts) ||
       !get_doubles(r, 24, &q->corner[0][0]) ||
       !get_ints(r, 12, 0, TSI_MAX_COUNT, &q->side_grid[0][0]) || !get_doubles(r, 12, p->snap) ||
       !get_doubles(r, 6, p->snap_inside) || !get_doubles(r, 6, p->weight_factor) ||
-      !get_doubles(r, 1, &p->knot_merge) || !get_ints(r, 4, 0, TSI_MAX_COUNT, changes))
+      !get_doubles(r, 1, &p->knot_merge) ||
+      !get_ints(r, r->version == 1 ? 4 : 6, 0, TSI_MAX_COUNT, changes))
     return 0;
   if (counts[0] != 1)
     return fail(r, "the boundary does not satisfy the requirement");
@@ -227,6 +230,8 @@ static int read_facts(reader *r, tsolid_requirement *q, tsolid_preparation *p) {
   p->n_degrees_raised = changes[1];
   p->refine_knots = changes[2];
   p->raise_degree = changes[3];
+  p->n_bilinear_factors = changes[4];
+  p->n_moebius = changes[5];
   return end_section(r);
 }
 

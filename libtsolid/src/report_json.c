@@ -111,6 +111,8 @@ static void put_preparation(writer *w, cJSON *o, const tsolid_preparation *s) {
   NUMBER(n_degrees_raised);
   NUMBER(refine_knots);
   NUMBER(raise_degree);
+  NUMBER(n_bilinear_factors);
+  NUMBER(n_moebius);
 }
 
 static void put_statistics(writer *w, cJSON *o, const tsolid_statistics *s) {
