@@ -409,12 +409,12 @@ static tsolid_status certify_quietly(optimiser *o, const tsolid_solid *solid, in
 /* A proof is not given up: when only the start can be proved positive, it stays. */
 static tsolid_status prefer_proved_start(optimiser *o, const tsolid_solid *start,
                                          double start_worst, tsolid_solid **solid) {
-  int proved;
-  tsolid_status status = certify_quietly(o, *solid, 0, NULL, &proved);
-  if (status != TSOLID_OK || proved)
+  int start_proved, proved;
+  tsolid_status status = certify_quietly(o, start, PROOF_DEPTH, NULL, &start_proved);
+  if (status != TSOLID_OK || !start_proved)
     return status;
-  status = certify_quietly(o, start, 0, NULL, &proved);
-  if (status != TSOLID_OK || !proved)
+  status = certify_quietly(o, *solid, 2 * PROOF_DEPTH, NULL, &proved);
+  if (status != TSOLID_OK || proved)
     return status;
   tsolid_solid_free(*solid);
   return tsi_solid_new(o->context, o->space, start->control, start_worst, solid);
