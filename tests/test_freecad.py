@@ -70,7 +70,7 @@ class Inside(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             script = os.path.join(folder, "raises.py")
             with open(script, "w", encoding="utf-8") as stream:
-                stream.write("print('RU' + 'N'); raise ValueError('x')\n")
+                stream.write("print('RU' + 'N', flush=True); raise ValueError('x')\n")
             code, text = run_in_freecad(script)
             self.assertNotEqual(code, 0)
             self.assertEqual(text.count("RUN"), 1, text)
