@@ -247,7 +247,8 @@ static void expect_refused(tsolid_context *context, const part *p, const char *t
   const tsolid_finding *finding = tsolid_context_finding(context, 0);
   if (!CHECK(finding && strstr(finding->text, text)))
     fprintf(stderr, "    '%s' is not in: %s\n", text, finding ? finding->text : "nothing");
-  CHECK(finding && finding->measured > finding->allowed && (finding->has_point || finding->index));
+  CHECK(finding && finding->measured > finding->allowed &&
+        (finding->has_point || finding->entity != TSOLID_ENTITY_NONE));
   tsolid_context_clear(context);
 }
 

@@ -6,7 +6,8 @@
 build=$TSOLID_BUILD_DIR/sanitized
 check "configure" cmake -G Ninja -S "$TSOLID_SOURCE_DIR" -B "$build" -DCMAKE_C_COMPILER=clang \
   -DCMAKE_BUILD_TYPE=RelWithDebInfo -DTSOLID_SANITIZE=ON
-check "build" cmake --build "$build"
+check "build" cmake --build "$build" -- --quiet
+[ "$failed" -eq 0 ] || check_done
 cd "$build" || exit 1
-check "C tests" ctest --output-on-failure --no-tests=error -L '^c$' -LE long
+check "C tests" ctest -j "$(nproc)" --output-on-failure --no-tests=error -L '^c$' -LE long
 check_done
