@@ -11,6 +11,9 @@
  * Mirror: the partitions that two arms induce on their common diagonal must stay identical; without
  * that the sum stays one and the rank full while functions tear along the diagonals.
  *
+ * Cost: a pair is looked at only where its supports overlap, and in later rounds only when one of
+ * the two pieces is new; a piece overlaps a bounded number of others wherever levels are balanced.
+ *
  * The paper leaves analysis-suitable solids to future work; in two dimensions the condition is the
  * dual compatibility of Beirao da Veiga, Buffa, Cho, Sangalli (2012). In three it is an
  * observation, so the sum is measured on every element afterwards. */
@@ -31,7 +34,7 @@ typedef struct request {
 
 /* A piece inside one block: local knot vectors as value numbers. */
 typedef struct clipped {
-  int piece;
+  int piece, is_new;
   int value[3][5];
 } clipped;
 
@@ -48,6 +51,8 @@ typedef struct closure {
   request *request;
   int failed;
   /* the pair search */
+  int n_known; /* pieces of the round before, sorted: no pair of them need be looked at again */
+  tsi_piece *known;
   const tsi_piece *piece;
   const clipped *live;
   int current;
@@ -108,19 +113,26 @@ static int multiplicity(const int knot[5], int value) {
   return n;
 }
 
+/* The end of the run of equal values that starts at i. */
+static int run_end(const int knot[5], int i) {
+  int end = i + 1;
+  while (end < 5 && knot[end] == knot[i])
+    end++;
+  return end;
+}
+
+/* Merges the two ascending vectors run by run. */
 static int agree(const int p[5], const int q[5]) {
-  for (int i = 0; i < 10; i++) {
-    int x = i < 5 ? p[i] : q[i - 5];
+  for (int i = 0, j = 0; i < 5 || j < 5;) {
+    int x = i == 5 || (j < 5 && q[j] < p[i]) ? q[j] : p[i];
+    int next_i = i < 5 && p[i] == x ? run_end(p, i) : i;
+    int next_j = j < 5 && q[j] == x ? run_end(q, j) : j;
     int in_p = p[0] < x && x < p[4], in_q = q[0] < x && x < q[4];
-    if (!in_p && !in_q)
-      continue;
-    int in_p_times = multiplicity(p, x), in_q_times = multiplicity(q, x);
-    if (in_p && in_q && in_p_times != in_q_times)
+    int more = (next_i - i) - (next_j - j); /* times in p beyond those in q */
+    if ((in_p && more < 0) || (in_q && more > 0))
       return 0;
-    if (in_p && !in_q && in_q_times > in_p_times)
-      return 0;
-    if (in_q && !in_p && in_p_times > in_q_times)
-      return 0;
+    i = next_i;
+    j = next_j;
   }
   return 1;
 }
@@ -169,9 +181,9 @@ static void repair(closure *c, const tsi_piece *p, const tsi_piece *q, const int
 
 static int compare_pair(void *data, int other) {
   closure *c = data;
-  if (other <= c->current)
-    return 0;
   const clipped *p = &c->live[c->current], *q = &c->live[other];
+  if (other == c->current || (q->is_new && other < c->current))
+    return 0; /* itself, or looked at from the other one */
   int disagree[3], n = 0;
   for (int a = 0; a < 3; a++) /* overlap of positive volume */
     if (p->value[a][0] >= q->value[a][4] || q->value[a][0] >= p->value[a][4])
@@ -183,12 +195,29 @@ static int compare_pair(void *data, int other) {
   return c->failed;
 }
 
+static int compare_pieces(const void *x, const void *y) {
+  const tsi_piece *p = x, *q = y;
+  if (p->block != q->block)
+    return p->block < q->block ? -1 : 1;
+  const int *a = p->knot[0], *b = q->knot[0];
+  for (int i = 0; i < 15; i++)
+    if (a[i] != b[i])
+      return a[i] < b[i] ? -1 : 1;
+  return 0;
+}
+
+static int is_known(const closure *c, const tsi_piece *piece) {
+  return c->n_known &&
+         bsearch(piece, c->known, (size_t)c->n_known, sizeof *c->known, compare_pieces) != NULL;
+}
+
 /* The piece's vectors in a block, laterally clipped; 0: it does not live there. */
 static int clip_piece(const closure *c, int block, int index, clipped *out) {
   const tsi_piece *piece = &c->piece[index];
   if (piece->block >= 0 && piece->block != block)
     return 0;
   out->piece = index;
+  out->is_new = !is_known(c, piece);
   for (int a = 0; a < 3; a++) {
     const int *value = c->value_of[a];
     int low = value[TSI_LOW_PLANE], high = value[tsi_high_plane(c->tmesh, a)];
@@ -208,26 +237,34 @@ static int clip_piece(const closure *c, int block, int index, clipped *out) {
   return 1;
 }
 
-/* Looks at all pairs of pieces that overlap in a block. */
+/* The pieces that live in a block, with their boxes shrunk a little: supports that only touch are
+ * not to meet. Returns their number. */
+static int collect_live(closure *c, int block, int n_pieces, clipped *live, double *box) {
+  int n = 0;
+  for (int i = 0; i < n_pieces; i++) {
+    if (!clip_piece(c, block, i, &live[n]))
+      continue;
+    for (int a = 0; a < 3; a++) {
+      box[6 * (size_t)n + (size_t)a] = live[n].value[a][0] + 0.25;
+      box[6 * (size_t)n + (size_t)a + 3] = live[n].value[a][4] - 0.25;
+    }
+    n++;
+  }
+  return n;
+}
+
+/* Looks at all pairs of pieces that overlap in a block, at least one of them new. */
 static int search_block(closure *c, int block, int n_pieces) {
   clipped *live = tsi_new(c->allocator, (size_t)n_pieces, sizeof *live);
   double *box = tsi_new(c->allocator, (size_t)n_pieces, 6 * sizeof *box);
   struct tsi_bvh *tree = NULL;
-  int n = 0;
-  for (int i = 0; live && box && i < n_pieces; i++) {
-    if (!clip_piece(c, block, i, &live[n]))
-      continue;
-    for (int a = 0; a < 3; a++) {
-      box[6 * n + a] = live[n].value[a][0];
-      box[6 * n + a + 3] = live[n].value[a][4];
-    }
-    n++;
-  }
+  int n = live && box ? collect_live(c, block, n_pieces, live, box) : 0;
   if (live && box)
     tree = tsi_bvh_create(c->allocator, n, box);
   c->live = live;
   for (c->current = 0; tree && c->current < n && !c->failed; c->current++)
-    tsi_bvh_overlapping(tree, box + 6 * (size_t)c->current, 0.0, compare_pair, c);
+    if (live[c->current].is_new)
+      tsi_bvh_overlapping(tree, box + 6 * (size_t)c->current, 0.0, compare_pair, c);
   int complete = tree != NULL && !c->failed;
   tsi_bvh_free(tree);
   tsi_delete(c->allocator, box);
@@ -254,8 +291,12 @@ static tsolid_status find_requests(closure *c) {
   for (int block = 0; status == TSOLID_OK && block < 7; block++)
     if (!search_block(c, block, space.piece_start[space.n_inner]))
       status = tsi_no_memory(c->context, STAGE);
+  tsi_delete(c->allocator, c->known);
+  c->known = space.piece;
+  c->n_known = status == TSOLID_OK ? space.piece_start[space.n_inner] : 0;
+  if (c->n_known)
+    qsort(c->known, (size_t)c->n_known, sizeof *c->known, compare_pieces);
   tsi_delete(c->allocator, space.piece_start);
-  tsi_delete(c->allocator, space.piece);
   if (status != TSOLID_OK || c->n_requests == 0)
     return status;
   qsort(c->request, (size_t)c->n_requests, sizeof *c->request, compare_requests);
@@ -511,6 +552,7 @@ tsolid_status tsi_closure(tsolid_context *context, tsolid_tmesh *tmesh, int *n_r
   hand_over(&c);
   tsi_delete(c.allocator, c.child);
   tsi_delete(c.allocator, c.request);
+  tsi_delete(c.allocator, c.known);
   tsi_arena_free(&arena);
   return status;
 }
