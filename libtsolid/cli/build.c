@@ -144,25 +144,12 @@ static tsolid_status write_all(job *j) {
   return status;
 }
 
-static int open_targets(job *j) {
-  for (int k = 0; k < N_TARGETS; k++) {
-    if (!j->path[k])
-      continue;
-    if (!cli_target_open(&j->target[k], j->path[k], j->input))
-      return 0;
-    for (int m = 0; m < k; m++)
-      if (j->path[m] && cli_same_target(&j->target[m], &j->target[k]))
-        return 0;
-  }
-  return 1;
-}
-
 int cli_build(int argc, char **argv) {
   job j = {.input = NULL};
   int code = parse(&j, argc, argv);
   if (code >= 0)
     return code;
-  if (!open_targets(&j))
+  if (!cli_targets_open(j.target, j.path, N_TARGETS, j.input))
     return CLI_FAILED;
   j.context = cli_open(j.n_threads);
   if (!j.context)

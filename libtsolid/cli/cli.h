@@ -19,12 +19,12 @@ int cli_export(int argc, char **argv);
 /* ---- options -----------------------------------------------------------------------------------
  */
 
-typedef enum cli_kind { CLI_TEXT, CLI_COUNT, CLI_NUMBER, CLI_CHOICE } cli_kind;
+typedef enum cli_kind { CLI_TEXT, CLI_COUNT, CLI_NUMBER, CLI_CHOICE, CLI_FLAG } cli_kind;
 
 typedef struct cli_option {
   const char *name; /* "--threads"; NULL ends a table */
   cli_kind kind;
-  void *value;               /* const char *, int, double, int */
+  void *value;               /* const char *, int, double, int, int (1: given) */
   int low, high;             /* of a count */
   const char *const *choice; /* names, NULL ends them; the value is the index */
 } cli_option;
@@ -62,11 +62,10 @@ typedef struct cli_target {
   char target[CLI_PATH_SIZE], staged[CLI_PATH_SIZE];
 } cli_target;
 
-/* Looks whether the file can be written before hours are spent on its content, and chooses
- * `staged`, the name to write under. Must not be the file `input`. Returns 0 after an error. */
-int cli_target_open(cli_target *target, const char *path, const char *input);
-/* 1 after saying so when two targets are one file. */
-int cli_same_target(const cli_target *a, const cli_target *b);
+/* Looks whether the files can be written before hours are spent on their content, and chooses
+ * `staged`, the names to write under. None may be the file `input`, none another one. path[k] NULL:
+ * not asked for. Returns 0 after an error. */
+int cli_targets_open(cli_target *target, const char *const *path, int n, const char *input);
 /* Renames all staged files to their targets, or removes them. Returns 0 after an error. */
 int cli_targets_commit(cli_target *target, int n);
 void cli_targets_discard(cli_target *target, int n);

@@ -4,31 +4,99 @@
 
 #include "cli.h"
 
-static const char help[] = "tsolid export IN.tsolid --vtu FILE\n"
-                           "\n"
-                           "  --vtu FILE    rational Bezier hexahedra for VTK and ParaView, with "
-                           "the block and the scaled\n"
-                           "                Jacobian of every element\n";
+static const char help[] =
+    "tsolid export IN.tsolid [--vtu FILE] [--inp FILE [mesh options]]\n"
+    "\n"
+    "  --vtu FILE         rational Bezier hexahedra for VTK and ParaView, with the block and the\n"
+    "                     scaled Jacobian of every element\n"
+    "  --inp FILE         conforming hexahedra for CalculiX and Abaqus, with node sets and "
+    "surfaces\n"
+    "                     x_low, x_high, y_low, ... for the six sides\n"
+    "\n"
+    "Mesh options:\n"
+    "  --size H           wanted edge length (default: a twentieth of the part's diagonal)\n"
+    "  --order N          1 (default): 8 nodes per element, C3D8; 2: 20 nodes, C3D20\n"
+    "  --divisions X,Y,Z,L  along the axes and through the layers; 0: from the size\n"
+    "  --grading G        thickness of the outermost layer over the innermost (default 1)\n"
+    "  --max-elements N   refuse to make more (default 2000000)\n"
+    "  --force            also from a solid that is not proved valid; the file then says so\n";
+
+enum { TARGET_VTU, TARGET_INP, N_TARGETS };
+
+typedef struct job {
+  const char *input, *path[N_TARGETS], *divisions;
+  tsolid_hex_options hex;
+  cli_target target[N_TARGETS];
+  tsolid_context *context;
+  tsolid_solid *solid;
+} job;
+
+/* "10,10,0,3"; 0 after saying what is wrong. */
+static int parse_divisions(job *j) {
+  int *n = j->hex.divisions, used = 0;
+  if (!j->divisions)
+    return 1;
+  if (sscanf(j->divisions, "%9d,%9d,%9d,%9d%n", &n[0], &n[1], &n[2], &n[3], &used) == 4 &&
+      !j->divisions[used] && n[0] >= 0 && n[1] >= 0 && n[2] >= 0 && n[3] >= 0)
+    return 1;
+  cli_error("--divisions takes four whole numbers such as 10,10,20,3, not '%s'", j->divisions);
+  return 0;
+}
+
+static tsolid_status write_mesh(job *j) {
+  tsolid_hex *hex = NULL;
+  tsolid_hex_view view;
+  tsolid_status status = tsolid_hex_create(j->context, j->solid, &j->hex, &hex);
+  if (status == TSOLID_OK)
+    status = tsolid_write_inp(j->context, hex, j->target[TARGET_INP].staged);
+  if (status == TSOLID_OK) {
+    tsolid_hex_get(hex, &view);
+    printf("Hexahedra     %d with %d nodes each, %d nodes; %d x %d x %d divisions, %d layers\n"
+           "              smallest scaled Jacobian %.6g\n",
+           view.n_elements, view.nodes_per_element, view.n_nodes, view.divisions[0],
+           view.divisions[1], view.divisions[2], view.divisions[3], view.worst);
+  }
+  tsolid_hex_free(hex);
+  return status;
+}
+
+static tsolid_status write_all(job *j) {
+  tsolid_status status = tsolid_read_tsolid(j->context, j->input, &j->solid);
+  if (status == TSOLID_OK && j->path[TARGET_VTU])
+    status = tsolid_write_vtu(j->context, j->solid, j->target[TARGET_VTU].staged);
+  if (status == TSOLID_OK && j->path[TARGET_INP])
+    status = write_mesh(j);
+  if (status == TSOLID_OK && cli_interrupted())
+    status = TSOLID_ERROR_CANCELLED;
+  if (status == TSOLID_OK && !cli_targets_commit(j->target, N_TARGETS))
+    status = TSOLID_ERROR_IO;
+  cli_targets_discard(j->target, N_TARGETS);
+  return status;
+}
 
 int cli_export(int argc, char **argv) {
-  const char *input = NULL, *vtu = NULL;
-  tsolid_solid *solid = NULL;
-  cli_target target = {.path = NULL};
-  const cli_option table[] = {{"--vtu", CLI_TEXT, &vtu, 0, 0, NULL},
-                              {NULL, CLI_TEXT, NULL, 0, 0, NULL}};
-  int code = cli_parse(argc, argv, help, table, &input);
+  job j = {.hex = {.order = 1}};
+  const cli_option table[] = {
+      {"--vtu", CLI_TEXT, &j.path[TARGET_VTU], 0, 0, NULL},
+      {"--inp", CLI_TEXT, &j.path[TARGET_INP], 0, 0, NULL},
+      {"--size", CLI_NUMBER, &j.hex.size, 0, 0, NULL},
+      {"--order", CLI_COUNT, &j.hex.order, 1, 2, NULL},
+      {"--divisions", CLI_TEXT, &j.divisions, 0, 0, NULL},
+      {"--grading", CLI_NUMBER, &j.hex.grading, 0, 0, NULL},
+      {"--max-elements", CLI_COUNT, &j.hex.max_elements, 1, 100000000, NULL},
+      {"--force", CLI_FLAG, &j.hex.allow_unproved, 0, 0, NULL},
+      {NULL, CLI_TEXT, NULL, 0, 0, NULL}};
+  int code = cli_parse(argc, argv, help, table, &j.input);
   if (code >= 0)
     return code;
-  if (!vtu)
-    return cli_error("Where to? --vtu FILE is missing");
-  if (!cli_target_open(&target, vtu, input))
+  if (!j.path[TARGET_VTU] && !j.path[TARGET_INP])
+    return cli_error("Where to? --vtu FILE or --inp FILE is missing");
+  if (!parse_divisions(&j) || !cli_targets_open(j.target, j.path, N_TARGETS, j.input))
     return CLI_FAILED;
-  tsolid_context *context = cli_open(0);
-  if (!context)
+  j.context = cli_open(0);
+  if (!j.context)
     return CLI_FAILED;
-  tsolid_status status = tsolid_read_tsolid(context, input, &solid);
-  if (status == TSOLID_OK)
-    status = tsolid_write_vtu(context, solid, vtu);
-  tsolid_solid_free(solid);
-  return cli_close(context, status, CLI_PROVED);
+  tsolid_status status = write_all(&j);
+  tsolid_solid_free(j.solid);
+  return cli_close(j.context, status, CLI_PROVED);
 }

@@ -55,6 +55,7 @@ static int store(const cli_option *option, const char *text) {
   case CLI_CHOICE:
     return store_choice(option, text);
   case CLI_TEXT:
+  case CLI_FLAG:
     break;
   }
   if (!*text) {
@@ -80,6 +81,12 @@ static int parse_option(int argc, char **argv, int *k, const cli_option *options
   if (!option) {
     cli_error("Unknown option '%s'; see 'tsolid %s --help'", text, argv[0]);
     return 0;
+  }
+  if (option->kind == CLI_FLAG) {
+    if (equals)
+      cli_error("%s takes no value", option->name);
+    *(int *)option->value = 1;
+    return !equals;
   }
   if (equals)
     return store(option, equals + 1);

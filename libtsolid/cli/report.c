@@ -35,7 +35,7 @@ int cli_report(int argc, char **argv) {
   if (code >= 0)
     return code;
   int to_stdout = json && strcmp(json, "-") == 0;
-  if (json && !to_stdout && !cli_target_open(&target, json, input))
+  if (json && !to_stdout && !cli_targets_open(&target, &json, 1, input))
     return CLI_FAILED;
   tsolid_context *context = cli_open(n_threads);
   if (!context)

@@ -57,7 +57,7 @@ static int check_directory(cli_target *target) {
   return 1;
 }
 
-int cli_target_open(cli_target *target, const char *path, const char *input) {
+static int open_target(cli_target *target, const char *path, const char *input) {
   struct stat about;
   target->path = path;
   target->staged[0] = 0;
@@ -75,13 +75,26 @@ int cli_target_open(cli_target *target, const char *path, const char *input) {
   return 1;
 }
 
-int cli_same_target(const cli_target *a, const cli_target *b) {
+static int same_target(const cli_target *a, const cli_target *b) {
   struct stat about;
   int same = strcmp(a->target, b->target) == 0 ||
              (stat(a->target, &about) == 0 && same_file(&about, b->target));
   if (same)
     cli_error("'%s' is asked for twice", b->path);
   return same;
+}
+
+int cli_targets_open(cli_target *target, const char *const *path, int n, const char *input) {
+  for (int k = 0; k < n; k++) {
+    if (!path[k])
+      continue;
+    if (!open_target(&target[k], path[k], input))
+      return 0;
+    for (int m = 0; m < k; m++)
+      if (path[m] && same_target(&target[m], &target[k]))
+        return 0;
+  }
+  return 1;
 }
 
 int cli_targets_commit(cli_target *target, int n) {

@@ -135,6 +135,53 @@ TSOLID_API void tsolid_context_clear(tsolid_context *context);
 /* Frees a string or array that a function of this header says is to be freed so. */
 TSOLID_API void tsolid_release(tsolid_context *context, void *memory);
 
+/* ---- T-spline surfaces -------------------------------------------------------------------------
+ */
+
+/* A bicubic T-spline surface as .tsm holds it (or Bezier elements as .iga does), open or closed.
+ * Which surface results round vertices where not four edges meet: see surface_basis.c. The control
+ * points of .tsm are taken as Euclidean with a weight (nobody has documented it otherwise; files
+ * with other weights than 1 are not known to us). */
+typedef struct tsolid_surface tsolid_surface;
+
+/* Face f has Bezier elements element_start[f] .. element_start[f+1]-1; element e is the box
+ * box[4e..4e+3] = (u0, u1, v0, v1) of the face's (u,v), which run from 0 to face_size[2f], [2f+1]
+ * in knot units; its functions are given as in tsolid_bezier_side, `degree` in both directions. */
+typedef struct tsolid_surface_view {
+  int n_faces, n_edges, n_vertices, n_points;
+  int n_t_junctions;
+  int n_boundary_loops; /* 0: closed */
+  int n_boundary_edges;
+  int n_parts; /* connected components */
+  int n_extraordinary;
+  const int *extraordinary; /* interior vertices, numbered as in the file */
+  const int *valence;       /* their edges */
+  double sum_defect;    /* largest |sum of the functions - 1|: 0 up to round-off on a T-mesh that
+                           is analysis-suitable */
+  const double *points; /* homogeneous, n_points rows of 4 */
+  const double *face_size;
+  const int *element_start;
+  int degree, n_elements;
+  const double *box;
+  const int *function_start;
+  const int *function;
+  const double *coefficient;
+} tsolid_surface_view;
+
+/* TSOLID_ERROR_INPUT for malformed files, with the line and the record. */
+TSOLID_API tsolid_status tsolid_read_tsm(tsolid_context *context, const char *path,
+                                         tsolid_surface **surface);
+/* Reads back as the same surface, bit for bit, comments excepted. TSOLID_ERROR_REFUSED for a
+ * surface that did not come from .tsm. */
+TSOLID_API tsolid_status tsolid_write_tsm(tsolid_context *context, const tsolid_surface *surface,
+                                          const char *path);
+TSOLID_API void tsolid_surface_free(tsolid_surface *surface);
+TSOLID_API void tsolid_surface_get(const tsolid_surface *surface, tsolid_surface_view *view);
+/* Point and derivatives of a face: rows of 3: x (order 0); x, x_u, x_v (order 1). */
+TSOLID_API tsolid_status tsolid_surface_evaluate(tsolid_context *context,
+                                                 const tsolid_surface *surface, int face, double u,
+                                                 double v, int order, double *out);
+
 /* ---- the input boundary --------------------------------------------------------------------- */
 
 /* A NURBS surface patch
@@ -476,6 +523,58 @@ TSOLID_API tsolid_status tsolid_report_measure(tsolid_context *context, const ts
 TSOLID_API tsolid_status tsolid_report_json(tsolid_context *context, const tsolid_report *report,
                                             char **json);
 
+/* ---- hexahedra for finite elements -------------------------------------------------------------
+ */
+
+/* A named part of the boundary: a box of (s,t) on one side, usually a face of the user's part
+ * (tsolid_placement says where it lies). Regions do not overlap; their borders become mesh lines.
+ */
+typedef struct tsolid_region {
+  const char *name;
+  int side;
+  double box[4]; /* s0, s1, t0, t1 */
+} tsolid_region;
+
+typedef struct tsolid_hex_options { /* all zero = default */
+  int order;                        /* 1 (default): 8 nodes, 2: 20 nodes */
+  double size;        /* wanted edge length; 0: a twentieth of the diagonal of the part */
+  int divisions[4];   /* along x, y, z and through the layers; 0: from the size */
+  double grading;     /* thickness of the outermost layer over that of the innermost; 0: 1 */
+  int max_elements;   /* more are refused; 0: 2,000,000 */
+  int allow_unproved; /* nonzero: also of a solid whose certificate is not positive */
+  int n_regions;      /* 0: the six sides, named x_low, x_high, y_low, ... */
+  const tsolid_region *regions;
+} tsolid_hex_options;
+
+/* Conforming hexahedra: a grid on the seven blocks of the cross, mapped by the solid, without
+ * hanging nodes whatever the T-mesh is. Boundary nodes lie on the part's faces, mid nodes of
+ * quadratic elements on the solid's curves. */
+typedef struct tsolid_hex tsolid_hex;
+
+typedef struct tsolid_hex_view {
+  int order, divisions[4];
+  int n_nodes;
+  const double *nodes; /* rows of 3 */
+  int n_elements, nodes_per_element;
+  const int *element; /* rows of nodes_per_element, zero-based, in the order of Abaqus and CalculiX:
+                         bottom corners counterclockwise seen from the top, top corners; mids of the
+                         bottom, of the top, of the upright edges */
+  int n_regions;
+  const char *const *region_name;
+  const int *region_start; /* n_regions + 1 */
+  const int *region_face;  /* rows of (element, face): 0..5 = S1..S6 of Abaqus, by region */
+  double worst;            /* smallest scaled Jacobian: corners; order 2: 3^3 points per element */
+  int worst_element;
+  int proved; /* the certificate of the solid was positive */
+} tsolid_hex_view;
+
+/* TSOLID_ERROR_REFUSED when the solid is not proved valid (unless allowed), when a hexahedron folds
+ * or when there would be too many. */
+TSOLID_API tsolid_status tsolid_hex_create(tsolid_context *context, const tsolid_solid *solid,
+                                           const tsolid_hex_options *options, tsolid_hex **hex);
+TSOLID_API void tsolid_hex_free(tsolid_hex *hex);
+TSOLID_API void tsolid_hex_get(const tsolid_hex *hex, tsolid_hex_view *view);
+
 /* ---- files --------------------------------------------------------------------------------------
  */
 
@@ -497,6 +596,11 @@ TSOLID_API tsolid_status tsolid_read_tsolid(tsolid_context *context, const char 
                                             tsolid_solid **solid);
 /* Rational Bezier hexahedra (VTK cell 79) with the scaled Jacobian per element. */
 TSOLID_API tsolid_status tsolid_write_vtu(tsolid_context *context, const tsolid_solid *solid,
+                                          const char *path);
+
+/* The mesh as an input deck of CalculiX and Abaqus: nodes, elements (C3D8 or C3D20), and for each
+ * region a node set and an element-face surface of its name. */
+TSOLID_API tsolid_status tsolid_write_inp(tsolid_context *context, const tsolid_hex *hex,
                                           const char *path);
 
 #ifdef __cplusplus

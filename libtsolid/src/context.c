@@ -29,6 +29,7 @@ size_t tsolid_struct_size(const char *name) {
   } table[] = {
       ROW(tsolid_finding),
       ROW(tsolid_context_options),
+      ROW(tsolid_surface_view),
       ROW(tsolid_patch),
       ROW(tsolid_bezier_side),
       ROW(tsolid_bezier_boundary),
@@ -51,6 +52,9 @@ size_t tsolid_struct_size(const char *name) {
       ROW(tsolid_timing),
       ROW(tsolid_report),
       ROW(tsolid_report_options),
+      ROW(tsolid_region),
+      ROW(tsolid_hex_options),
+      ROW(tsolid_hex_view),
   };
 #undef ROW
   for (size_t i = 0; name && i < sizeof table / sizeof *table; i++)

@@ -251,6 +251,22 @@ static int clamp_to_block(const tsolid_space *space, int block, const double u[3
   return 1;
 }
 
+int tsi_solid_point(const tsolid_solid *solid, int block, const double u[3], int order,
+                    double *out) {
+  double inside[3], x[3];
+  if (!clamp_to_block(solid->space, block, u, inside))
+    return 0;
+  int element = tsi_space_locate(solid->space, block, inside);
+  if (element < 0)
+    return 0;
+  tsi_element_local(&solid->space->element[element], inside, x);
+  combination point = {.control = solid->control, .n_rows = tsi_n_derivatives(order)};
+  memset(point.sum, 0, sizeof point.sum);
+  tsi_element_functions(solid->space, element, x, order, add_function, &point);
+  tsi_project(order, point.sum[0], out);
+  return 1;
+}
+
 tsolid_status tsolid_solid_evaluate(tsolid_context *context, const tsolid_solid *solid, int block,
                                     const double u[3], int order, double *out) {
   if (!context)
@@ -258,19 +274,9 @@ tsolid_status tsolid_solid_evaluate(tsolid_context *context, const tsolid_solid 
   if (!solid || !u || !out || block < 0 || block > 6 || order < 0 || order > 2)
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, "solid", "No block %d or no order %d", block,
                     order);
-  double inside[3], x[3];
-  if (!clamp_to_block(solid->space, block, u, inside))
+  if (!tsi_solid_point(solid, block, u, order, out))
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, "solid",
                     "The coordinates (%g, %g, %g) are not in block %d", u[0], u[1], u[2], block);
-  int element = tsi_space_locate(solid->space, block, inside);
-  if (element < 0)
-    return tsi_fail(context, TSOLID_ERROR_INTERNAL, "solid",
-                    "No element holds (%g, %g, %g) of block %d", u[0], u[1], u[2], block);
-  tsi_element_local(&solid->space->element[element], inside, x);
-  combination point = {.control = solid->control, .n_rows = tsi_n_derivatives(order)};
-  memset(point.sum, 0, sizeof point.sum);
-  tsi_element_functions(solid->space, element, x, order, add_function, &point);
-  tsi_project(order, point.sum[0], out);
   return TSOLID_OK;
 }
 

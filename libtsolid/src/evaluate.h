@@ -34,6 +34,10 @@ void tsi_element_functions(const tsolid_space *space, int element, const double 
 void tsi_bezier_evaluate(const int degree[3], const double *net, int n_components,
                          const double x[3], int order, double *out);
 
+/* tsolid_solid_evaluate without findings, for threads; 0: u lies outside the block. */
+int tsi_solid_point(const tsolid_solid *solid, int block, const double u[3], int order,
+                    double *out);
+
 /* Euclidean rows of 3 from homogeneous rows of 4. */
 void tsi_project(int order, const double *homogeneous, double *euclidean);
 

@@ -100,6 +100,32 @@ class ContextOptions(ctypes.Structure):
     ]
 
 
+class SurfaceView(ctypes.Structure):
+    _fields_ = [
+        ("n_faces", c_int),
+        ("n_edges", c_int),
+        ("n_vertices", c_int),
+        ("n_points", c_int),
+        ("n_t_junctions", c_int),
+        ("n_boundary_loops", c_int),
+        ("n_boundary_edges", c_int),
+        ("n_parts", c_int),
+        ("n_extraordinary", c_int),
+        ("extraordinary", _ints),
+        ("valence", _ints),
+        ("sum_defect", c_double),
+        ("points", _doubles),
+        ("face_size", _doubles),
+        ("element_start", _ints),
+        ("degree", c_int),
+        ("n_elements", c_int),
+        ("box", _doubles),
+        ("function_start", _ints),
+        ("function", _ints),
+        ("coefficient", _doubles),
+    ]
+
+
 class PatchStruct(ctypes.Structure):
     _fields_ = [
         ("degree", c_int * 2),
@@ -342,9 +368,46 @@ class ReportOptions(ctypes.Structure):
     _fields_ = [("max_rank_functions", c_int)]
 
 
+class RegionStruct(ctypes.Structure):
+    _fields_ = [("name", c_char_p), ("side", c_int), ("box", c_double * 4)]
+
+
+class HexOptions(ctypes.Structure):
+    _fields_ = [
+        ("order", c_int),
+        ("size", c_double),
+        ("divisions", c_int * 4),
+        ("grading", c_double),
+        ("max_elements", c_int),
+        ("allow_unproved", c_int),
+        ("n_regions", c_int),
+        ("regions", POINTER(RegionStruct)),
+    ]
+
+
+class HexView(ctypes.Structure):
+    _fields_ = [
+        ("order", c_int),
+        ("divisions", c_int * 4),
+        ("n_nodes", c_int),
+        ("nodes", _doubles),
+        ("n_elements", c_int),
+        ("nodes_per_element", c_int),
+        ("element", _ints),
+        ("n_regions", c_int),
+        ("region_name", POINTER(c_char_p)),
+        ("region_start", _ints),
+        ("region_face", _ints),
+        ("worst", c_double),
+        ("worst_element", c_int),
+        ("proved", c_int),
+    ]
+
+
 STRUCTS = {
     "tsolid_finding": FindingStruct,
     "tsolid_context_options": ContextOptions,
+    "tsolid_surface_view": SurfaceView,
     "tsolid_patch": PatchStruct,
     "tsolid_bezier_side": BezierSide,
     "tsolid_bezier_boundary": BezierBoundary,
@@ -367,14 +430,19 @@ STRUCTS = {
     "tsolid_timing": Timing,
     "tsolid_report": ReportStruct,
     "tsolid_report_options": ReportOptions,
+    "tsolid_region": RegionStruct,
+    "tsolid_hex_options": HexOptions,
+    "tsolid_hex_view": HexView,
 }
 
 OPAQUE = (
     "tsolid_context",
+    "tsolid_surface",
     "tsolid_boundary",
     "tsolid_tmesh",
     "tsolid_space",
     "tsolid_solid",
+    "tsolid_hex",
     "tsolid_boundary_file",
 )
 
@@ -392,6 +460,14 @@ FUNCTIONS = {
     "tsolid_context_finding": (POINTER(FindingStruct), [_handle, c_int]),
     "tsolid_context_clear": (None, [_handle]),
     "tsolid_release": (None, [_handle, c_void_p]),
+    "tsolid_read_tsm": (c_int, [_handle, c_char_p, _handle_out]),
+    "tsolid_write_tsm": (c_int, [_handle, _handle, c_char_p]),
+    "tsolid_surface_free": (None, [_handle]),
+    "tsolid_surface_get": (None, [_handle, POINTER(SurfaceView)]),
+    "tsolid_surface_evaluate": (
+        c_int,
+        [_handle, _handle, c_int, c_double, c_double, c_int, _doubles],
+    ),
     "tsolid_boundary_create": (
         c_int,
         [
@@ -444,6 +520,9 @@ FUNCTIONS = {
         [_handle, _handle, POINTER(ReportOptions), POINTER(ReportStruct)],
     ),
     "tsolid_report_json": (c_int, [_handle, POINTER(ReportStruct), POINTER(c_char_p)]),
+    "tsolid_hex_create": (c_int, [_handle, _handle, POINTER(HexOptions), _handle_out]),
+    "tsolid_hex_free": (None, [_handle]),
+    "tsolid_hex_get": (None, [_handle, POINTER(HexView)]),
     "tsolid_read_tsb": (c_int, [_handle, c_char_p, _handle_out]),
     "tsolid_boundary_file_input": (POINTER(BoundaryInput), [_handle]),
     "tsolid_boundary_file_free": (None, [_handle]),
@@ -451,4 +530,5 @@ FUNCTIONS = {
     "tsolid_write_tsolid": (c_int, [_handle, _handle, c_char_p]),
     "tsolid_read_tsolid": (c_int, [_handle, c_char_p, _handle_out]),
     "tsolid_write_vtu": (c_int, [_handle, _handle, c_char_p]),
+    "tsolid_write_inp": (c_int, [_handle, _handle, c_char_p]),
 }
