@@ -27,32 +27,34 @@ def twisted_bar():
                                                for p, n in zip(degree, (1, 1, 5))]).faces()
 
 
-def propeller_blade():
-    """A ship propeller's blade, 300 mm in diameter: radius, chord, thickness are the axes.
+def blade_point(x, y, z):
+    """A point of a ship propeller's blade, 300 mm in diameter: radius, chord, thickness are the
+    axes.
 
     Sections with parabolic camber and a thickness that stays finite at both edges are wrapped on
     cylinders at the pitch of their radius, with skew and rake."""
     tip_radius, root = 150.0, 0.25
+    radius = tip_radius * (root + (0.95 - root) * x)
+    f = radius / tip_radius
+    chord = 95 * sqrt(1.0 - 0.75 * f ** 4) * (0.55 + 0.9 * f - 0.35 * f * f)
+    along = y - 0.5
+    camber = 0.035 * chord * (1 - 4 * along * along)
+    # thick in the middle, 1.6 mm at leading and trailing edge, thinner towards the tip
+    thick = (17.0 - 12.5 * x) * (1 - 4 * along * along) ** 0.75 + 1.6
+    normal = camber + thick * (z - 0.5)
+    pitch_angle = atan(300.0 * (0.85 + 0.3 * f - 0.15 * f * f) / (2 * pi * radius))
+    skew = radians(18.0) * x * x
+    arc = chord * along * cos(pitch_angle) - normal * sin(pitch_angle)
+    axial = chord * along * sin(pitch_angle) + normal * cos(pitch_angle) - 12.0 * x
+    angle = arc / radius + skew
+    return [axial, radius * sin(angle), radius * cos(angle)]
 
-    def point(x, y, z):
-        radius = tip_radius * (root + (0.95 - root) * x)
-        f = radius / tip_radius
-        chord = 95 * sqrt(1.0 - 0.75 * f ** 4) * (0.55 + 0.9 * f - 0.35 * f * f)
-        along = y - 0.5
-        camber = 0.035 * chord * (1 - 4 * along * along)
-        # thick in the middle, 1.6 mm at leading and trailing edge, thinner towards the tip
-        thick = (17.0 - 12.5 * x) * (1 - 4 * along * along) ** 0.75 + 1.6
-        normal = camber + thick * (z - 0.5)
-        pitch_angle = atan(300.0 * (0.85 + 0.3 * f - 0.15 * f * f) / (2 * pi * radius))
-        skew = radians(18.0) * x * x
-        arc = chord * along * cos(pitch_angle) - normal * sin(pitch_angle)
-        axial = chord * along * sin(pitch_angle) + normal * cos(pitch_angle) - 12.0 * x
-        angle = arc / radius + skew
-        return [axial, radius * sin(angle), radius * cos(angle)]
 
+def propeller_blade():
+    """The blade by linear patches across its thickness, cubic along it."""
     knots = [uniform_knots(3, 4), clamped_knots(3, [0.12, 0.3, 0.5, 0.7, 0.88]),
              uniform_knots(1, 1)]
-    return interpolated_volume(point, (3, 3, 1), knots).faces()
+    return interpolated_volume(blade_point, (3, 3, 1), knots).faces()
 
 
 def wavy_cube(spans=6):
