@@ -267,7 +267,7 @@ static void check_local_cells(tsolid_context *context, int n, int low_x) {
     const tsolid_tmesh *t = tensor.tmesh;
     CHECK(t->n_lines[0] == n + 1 && t->n_lines[1] == n + 1 && t->n_lines[2] == n + 1);
     CHECK(tsi_tmesh_from_boxes(context, t->n_lines, (const double *const *)t->line,
-                               merge_cells(n, low, box), box, t->arm_height,
+                               merge_cells(n, low, box), box, t->arm_height, 0,
                                &s.tmesh) == TSOLID_OK);
     tsi_boundary_retain(tensor.boundary);
     s.boundary = tensor.boundary;

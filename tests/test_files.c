@@ -610,30 +610,40 @@ static void test_tsolid_forged(tsolid_context *context, const tsolid_solid *soli
   tsolid_context_clear(context);
 }
 
-/* A file of version 1 is one of version 2 whose facts lack the last two counts. */
-static void test_tsolid_version_1(tsolid_context *context, const tsolid_solid *solid) {
+/* Takes the last n bytes of a section's payload away; returns the new size of the file. */
+static size_t shorten_section(unsigned char *b, size_t size, const char *tag, size_t n) {
+  size_t at = TSI_TSOLID_MAGIC_SIZE + 4;
+  while (memcmp(b + at, tag, 4) != 0)
+    at += TSI_TSOLID_SECTION_FRAME + get_u32(b + at + 4);
+  size_t length = get_u32(b + at + 4) - n, rest = at + 12 + length + n + 4;
+  put_u32(b + at + 4, (uint32_t)length);
+  put_u32(b + at + 12 + length, (uint32_t)crc32(0, b + at, (uInt)(12 + length)));
+  memmove(b + rest - n, b + rest, size - rest);
+  return size - n;
+}
+
+/* Version 2 lacks the last count of the mesh, version 1 also the last two of the facts: both are
+ * read, and only under their own number. */
+static void test_tsolid_versions(tsolid_context *context, const tsolid_solid *solid) {
   size_t size;
   CHECK(tsolid_write_tsolid(context, solid, in_folder("a.tsolid")) == TSOLID_OK);
   unsigned char *b = (unsigned char *)read_bytes(in_folder("a.tsolid"), &size);
-  size_t at = TSI_TSOLID_MAGIC_SIZE + 4;
-  while (memcmp(b + at, "FACT", 4) != 0)
-    at += TSI_TSOLID_SECTION_FRAME + get_u32(b + at + 4);
-  size_t length = get_u32(b + at + 4) - 8, rest = at + 12 + length + 8 + 4;
-  put_u32(b + at + 4, (uint32_t)length);
-  put_u32(b + at + 12 + length, (uint32_t)crc32(0, b + at, (uInt)(12 + length)));
-  memmove(b + rest - 8, b + rest, size - rest);
-  for (uint32_t version = 0; version < 4; version++) {
-    tsolid_solid *read = NULL;
-    put_u32(b + TSI_TSOLID_MAGIC_SIZE, version);
-    write_bytes(in_folder("x.tsolid"), b, size - 8);
-    tsolid_context_clear(context);
-    CHECK((tsolid_read_tsolid(context, in_folder("x.tsolid"), &read) == TSOLID_OK) ==
-          (version == 1));
-    if (CHECK((read != NULL) == (version == 1)) && read) {
-      CHECK(tsolid_write_tsolid(context, read, in_folder("y.tsolid")) == TSOLID_OK);
-      CHECK(same_bytes(in_folder("a.tsolid"), in_folder("y.tsolid")));
+  for (uint32_t layout = 3; layout > 0; layout--) {
+    if (layout < 3)
+      size = shorten_section(b, size, layout == 2 ? "MESH" : "FACT", layout == 2 ? 4 : 8);
+    for (uint32_t version = 0; version < 5; version++) {
+      tsolid_solid *read = NULL;
+      put_u32(b + TSI_TSOLID_MAGIC_SIZE, version);
+      write_bytes(in_folder("x.tsolid"), b, size);
+      tsolid_context_clear(context);
+      CHECK((tsolid_read_tsolid(context, in_folder("x.tsolid"), &read) == TSOLID_OK) ==
+            (version == layout));
+      if (CHECK((read != NULL) == (version == layout)) && read) {
+        CHECK(tsolid_write_tsolid(context, read, in_folder("y.tsolid")) == TSOLID_OK);
+        CHECK(same_bytes(in_folder("a.tsolid"), in_folder("y.tsolid")));
+      }
+      tsolid_solid_free(read);
     }
-    tsolid_solid_free(read);
   }
   free(b);
   tsolid_context_clear(context);
@@ -847,7 +857,7 @@ static void test_solids(tsolid_context *context, tsolid_report *report) {
   }
   test_tsolid_damaged(context, solid);
   test_tsolid_forged(context, solid);
-  test_tsolid_version_1(context, solid);
+  test_tsolid_versions(context, solid);
   test_locale(context, solid, report);
   tsolid_boundary_file *file;
   CHECK(tsolid_write_tsolid(context, solid, in_folder("good.tsolid")) == TSOLID_OK);

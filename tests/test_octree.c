@@ -214,8 +214,8 @@ static void test_random_octrees(tsolid_context *context) {
         line[a][i] = i == FINEST ? 1.0 : (i + (i > 0) * 0.6 * (random_unit() - 0.5)) / FINEST;
     random_octree(&list, 0.05 + 0.05 * trial);
     tsolid_tmesh *tmesh;
-    if (!CHECK(tsi_tmesh_from_boxes(context, n_lines, lines, list.n, list.box[0], height, &tmesh) ==
-               TSOLID_OK))
+    if (!CHECK(tsi_tmesh_from_boxes(context, n_lines, lines, list.n, list.box[0], height, 0,
+                                    &tmesh) == TSOLID_OK))
       continue;
     n_closed += tmesh->n_closure_rounds > 0;
     check_basis(context, boundary, tmesh);
@@ -258,8 +258,8 @@ static void test_wild_boxes(tsolid_context *context) {
     list.n = 0;
     cut_box(&list, (int[6]){0, 0, 0, n, n, n}, 0.85);
     tsolid_tmesh *tmesh;
-    if (!CHECK(tsi_tmesh_from_boxes(context, n_lines, lines, list.n, list.box[0], height, &tmesh) ==
-               TSOLID_OK))
+    if (!CHECK(tsi_tmesh_from_boxes(context, n_lines, lines, list.n, list.box[0], height, 0,
+                                    &tmesh) == TSOLID_OK))
       continue;
     check_basis(context, boundary, tmesh);
     tsolid_tmesh_free(tmesh);

@@ -111,7 +111,7 @@ static tsolid_status make_tmesh(tsolid_context *context, fixture *f, const int n
     for (int i = 0; i < 6; i++)
       box[6 * b + i] = lo[i % 3] + i / 3;
   }
-  return tsi_tmesh_from_boxes(context, n_lines, lines, n_boxes, box, height, &f->tmesh);
+  return tsi_tmesh_from_boxes(context, n_lines, lines, n_boxes, box, height, 0, &f->tmesh);
 }
 
 static int fixture_create(tsolid_context *context, const cube_axis axis[3], const int n_cells[3],

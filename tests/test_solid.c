@@ -229,7 +229,7 @@ static tsolid_solid *net_start(tsolid_context *context, const part_net *net, int
       box[6 * b + i] = lo[i % 3] + i / 3;
   }
   CHECK(tsi_tmesh_from_boxes(context, (int[3]){n[0] + 1, n[1] + 1, n[2] + 1}, line, n_boxes, box,
-                             height, &tmesh) == TSOLID_OK &&
+                             height, 0, &tmesh) == TSOLID_OK &&
         tsolid_space_create(context, boundary, tmesh, &space) == TSOLID_OK &&
         tsolid_solid_create(context, space, &solid) == TSOLID_OK);
   tsolid_space_free(space);

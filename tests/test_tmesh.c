@@ -80,7 +80,7 @@ static void free_boxes(box_set *s) {
 static tsolid_tmesh *mesh_of(tsolid_context *context, const box_set *s) {
   tsolid_tmesh *tmesh;
   CHECK(tsi_tmesh_from_boxes(context, s->n_lines, (const double *const *)s->line, s->n, s->box,
-                             HEIGHT, &tmesh) == TSOLID_OK);
+                             HEIGHT, 0, &tmesh) == TSOLID_OK);
   return tmesh;
 }
 
@@ -265,18 +265,18 @@ static void test_refusals(tsolid_context *context) {
   box_set s = make_boxes(2, 0);
   tsolid_tmesh *tmesh;
   const double *const *line = (const double *const *)s.line;
-  CHECK(tsi_tmesh_from_boxes(context, s.n_lines, line, s.n - 1, s.box, HEIGHT, &tmesh) ==
+  CHECK(tsi_tmesh_from_boxes(context, s.n_lines, line, s.n - 1, s.box, HEIGHT, 0, &tmesh) ==
         TSOLID_ERROR_INPUT); /* a gap */
   CHECK(tmesh == NULL);
   s.box[3] = 2; /* overlap */
-  CHECK(tsi_tmesh_from_boxes(context, s.n_lines, line, s.n, s.box, HEIGHT, &tmesh) ==
+  CHECK(tsi_tmesh_from_boxes(context, s.n_lines, line, s.n, s.box, HEIGHT, 0, &tmesh) ==
         TSOLID_ERROR_INPUT);
   s.box[3] = 0; /* no box */
-  CHECK(tsi_tmesh_from_boxes(context, s.n_lines, line, s.n, s.box, HEIGHT, &tmesh) ==
+  CHECK(tsi_tmesh_from_boxes(context, s.n_lines, line, s.n, s.box, HEIGHT, 0, &tmesh) ==
         TSOLID_ERROR_INPUT);
   s.box[3] = 1;
   s.line[1][1] = 1.5; /* lines must ascend */
-  CHECK(tsi_tmesh_from_boxes(context, s.n_lines, line, s.n, s.box, HEIGHT, &tmesh) ==
+  CHECK(tsi_tmesh_from_boxes(context, s.n_lines, line, s.n, s.box, HEIGHT, 0, &tmesh) ==
         TSOLID_ERROR_INPUT);
   free_boxes(&s);
 }

@@ -19,6 +19,10 @@ static const char help[] =
     "  --refine-knots K    halve every knot span of the sides K times before (exact)\n"
     "  --raise-degree K    raise the degree of the sides by K before (exact)\n"
     "  --min-cells N       at least N core cells per axis (default 3)\n"
+    "  --octree O          anisotropic (default): levels per axis; isotropic: the paper's\n"
+    "  --analysis-suitable A  on (default): the T-mesh is closed, so that the functions sum to 1;\n"
+    "                      off: the paper's rational T-spline, fewer functions; the report has\n"
+    "                      the defect of the sum before normalisation\n"
     "  --tolerance T       tolerance of borders for which the file names none (default 1e-7)\n";
 
 enum { TARGET_VTU, TARGET_REPORT, TARGET_SOLID, N_TARGETS };
@@ -40,6 +44,8 @@ typedef struct job {
 } job;
 
 static const char *const effort_names[] = {"default", "none", "quick", "thorough", NULL};
+static const char *const octree_names[] = {"anisotropic", "isotropic", NULL};
+static const char *const on_off_names[] = {"on", "off", NULL};
 
 static int parse(job *j, int argc, char **argv) {
   const cli_option table[] = {
@@ -52,6 +58,9 @@ static int parse(job *j, int argc, char **argv) {
       {"--refine-knots", CLI_COUNT, &j->boundary_options.refine_knots, 0, 6, NULL},
       {"--raise-degree", CLI_COUNT, &j->boundary_options.raise_degree, 0, 24, NULL},
       {"--min-cells", CLI_COUNT, &j->tmesh_options.min_cells, 1, 256, NULL},
+      {"--octree", CLI_CHOICE, &j->tmesh_options.isotropic, 0, 0, octree_names},
+      {"--analysis-suitable", CLI_CHOICE, &j->tmesh_options.analysis_suitable_off, 0, 0,
+       on_off_names},
       {"--tolerance", CLI_NUMBER, &j->boundary_options.tolerance, 0, 0, NULL},
       {NULL, CLI_TEXT, NULL, 0, 0, NULL}};
   int code = cli_parse(argc, argv, help, table, &j->input);

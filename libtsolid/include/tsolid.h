@@ -304,6 +304,11 @@ typedef struct tsolid_tmesh tsolid_tmesh;
 
 typedef struct tsolid_tmesh_options { /* all zero = default */
   int min_cells;                      /* at least so many core cells per axis; 0: 3 */
+  int isotropic; /* 1: every split of the octree halves all three axes, as in the paper; 0: levels
+                    and balance per axis */
+  int analysis_suitable_off; /* 1: no closure. The functions then need not sum to one: the solid is
+                                their rational combination, which normalises them; the defect before
+                                that is in the report */
 } tsolid_tmesh_options;
 
 typedef struct tsolid_tmesh_view {

@@ -18,34 +18,41 @@ static int compare_doubles(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
-/* All element borders of the four sides along `axis`, ascending and distinct; *n of them. */
-static double *collect_lines(const tsolid_boundary *boundary, int axis, tsi_arena *arena, int *n) {
-  size_t room = 2;
+/* All element borders of the four sides along `axis`; *n of them. */
+static double *collect_values(const tsolid_boundary *boundary, int axis, tsi_arena *arena, int *n) {
+  size_t room = 0, count = 0;
   for (int side = 0; side < 6; side++)
     if (tsi_side_axis(side) != axis)
       room += 2 * (size_t)boundary->side[side].n_elements;
-  double *line = tsi_arena_new(arena, room, sizeof *line);
-  if (!line)
-    return NULL;
-  size_t count = 0;
-  line[count++] = 0.0;
-  line[count++] = 1.0;
-  for (int side = 0; side < 6; side++) {
+  double *value = tsi_arena_new(arena, room, sizeof *value);
+  for (int side = 0; side < 6 && value; side++) {
     if (tsi_side_axis(side) == axis)
       continue;
     const tsi_side *s = &boundary->side[side];
-    int first = tsi_side_s(side) == axis ? 0 : 2;
-    for (int e = 0; e < s->n_elements; e++) {
-      line[count++] = s->box[4 * e + first];
-      line[count++] = s->box[4 * e + first + 1];
+    size_t first = tsi_side_s(side) == axis ? 0 : 2;
+    for (size_t e = 0; e < (size_t)s->n_elements; e++) {
+      value[count++] = s->box[4 * e + first];
+      value[count++] = s->box[4 * e + first + 1];
     }
   }
+  *n = (int)count;
+  return value;
+}
+
+/* The values and both ends, ascending and distinct; *n_lines of them. */
+static double *sort_lines(int n, const double *value, tsi_arena *arena, int *n_lines) {
+  size_t count = 2 + (size_t)n, unique = 1;
+  double *line = tsi_arena_new(arena, count, sizeof *line);
+  if (!line)
+    return NULL;
+  line[1] = 1.0;
+  if (n)
+    memcpy(line + 2, value, (size_t)n * sizeof *line);
   qsort(line, count, sizeof *line, compare_doubles);
-  size_t unique = 1;
   for (size_t i = 1; i < count; i++)
     if (line[i] > line[unique - 1])
       line[unique++] = line[i];
-  *n = (int)unique;
+  *n_lines = (int)unique;
   return line;
 }
 
@@ -121,10 +128,10 @@ static int grow_tree(tsi_axis_tree *tree, int first, int last, int level) {
   return node;
 }
 
-int tsi_axis_tree_create(const tsolid_boundary *boundary, int axis, int min_cells, tsi_arena *arena,
-                         tsi_axis_tree *tree) {
+int tsi_axis_tree_from_values(int n_values, const double *values, int min_cells, tsi_arena *arena,
+                              tsi_axis_tree *tree) {
   int n;
-  double *found = collect_lines(boundary, axis, arena, &n);
+  double *found = sort_lines(n_values, values, arena, &n);
   if (!found)
     return 0;
   n = merge_lines(found, n);
@@ -143,6 +150,54 @@ int tsi_axis_tree_create(const tsolid_boundary *boundary, int axis, int min_cell
     return 0;
   tree->n_nodes = 0;
   grow_tree(tree, 0, tree->n_values - 1, 0);
+  return 1;
+}
+
+int tsi_axis_tree_create(const tsolid_boundary *boundary, int axis, int min_cells, tsi_arena *arena,
+                         tsi_axis_tree *tree) {
+  int n;
+  double *value = collect_values(boundary, axis, arena, &n);
+  return value && tsi_axis_tree_from_values(n, value, min_cells, arena, tree);
+}
+
+int tsi_interval_has_middle(const tsi_axis_tree *tree, int node) {
+  const tsi_interval *i = &tree->node[node];
+  return tree->value[i->last] - tree->value[i->first] > 1e-6;
+}
+
+int tsi_axis_tree_halve(tsi_axis_tree *tree, const unsigned char *marked, tsi_arena *arena) {
+  int n_marked = 0, n = 0, old_nodes = tree->n_nodes;
+  for (int i = 0; i < old_nodes; i++)
+    n_marked += marked[i];
+  size_t n_values = (size_t)tree->n_values;
+  double *value = tsi_arena_new(arena, n_values + (size_t)n_marked, sizeof *value);
+  int *moved = tsi_arena_new(arena, n_values, sizeof *moved); /* old value number -> new one */
+  unsigned char *halved = tsi_arena_new(arena, n_values, 1);  /* the gap above a value */
+  tsi_interval *node = tsi_arena_new(arena, (size_t)old_nodes + 2 * (size_t)n_marked, sizeof *node);
+  if (!value || !moved || !halved || !node)
+    return 0;
+  for (int i = 0; i < old_nodes; i++)
+    if (marked[i])
+      halved[tree->node[i].first] = 1;
+  for (int v = 0; v < tree->n_values; v++) {
+    moved[v] = n;
+    value[n++] = tree->value[v];
+    if (halved[v])
+      value[n++] = 0.5 * (tree->value[v] + tree->value[v + 1]);
+  }
+  memcpy(node, tree->node, (size_t)old_nodes * sizeof *node);
+  for (int i = 0; i < old_nodes; i++) {
+    node[i].first = moved[node[i].first];
+    node[i].last = moved[node[i].last];
+    for (int half = 0; marked[i] && half < 2; half++) {
+      int first = node[i].first + half, child = tree->n_nodes++;
+      node[child] = (tsi_interval){first, first + 1, node[i].level + 1, {-1, -1}};
+      node[i].child[half] = child;
+    }
+  }
+  tree->value = value;
+  tree->n_values = n;
+  tree->node = node;
   return 1;
 }
 

@@ -144,15 +144,18 @@ struct tsolid_tmesh {
   int *cell; /* n_cells x (lo[3], hi[3]) in planes */
   int *cell_block;
   int n_nodes, n_partial_extraordinary, n_extraordinary;
-  int n_closure_rounds;
+  int n_closure_rounds, n_cells_before_closure;
+  int analysis_suitable_off; /* no closure: the functions need not sum to one */
 };
 
 void tsi_tmesh_retain(const tsolid_tmesh *tmesh);
-/* From lines and boxes (in core lines) and arm heights: bands, arms, cells. Used by the octree, by
- * callers' own boxes and by the reader. Checks that the boxes tile the core. */
+/* From lines and boxes (in core lines) and arm heights: bands, arms, cells, and the closure unless
+ * it is off. Used by the octree, by callers' own boxes and by the reader. Checks that the boxes
+ * tile the core. */
 tsolid_status tsi_tmesh_from_boxes(tsolid_context *context, const int n_lines[3],
                                    const double *const line[3], int n_boxes, const int *box,
-                                   const double arm_height[6], tsolid_tmesh **tmesh);
+                                   const double arm_height[6], int analysis_suitable_off,
+                                   tsolid_tmesh **tmesh);
 
 static inline int tsi_high_plane(const tsolid_tmesh *tmesh, int axis) {
   return tmesh->n_planes[axis] - 5;

@@ -18,6 +18,9 @@ static const char *const STAGE = "solid";
 
 enum { GRID_POINTS = 7, MAX_LOBATTO = 6, ELEMENTS_PER_THREAD = 256, MAX_P = TSI_KERNEL_MAX_POINTS };
 
+/* A sum of the functions that differs from 1 by less is 1, and round-off. */
+static const double UNIT_SUM = 1e-12;
+
 /* Basis of one degree at the points of the rule: row k holds B_k, or B_k', at all points. */
 typedef struct basis_table {
   int n_points;
@@ -432,20 +435,34 @@ static int make_room(tsi_kernel *k) {
          k->entry_gradient && k->energy;
 }
 
+/* W = 1 up to round-off: all weights are 1, and the functions sum to 1. */
+static int is_polynomial(const tsi_kernel *k, const double *weight, size_t n) {
+  for (size_t f = 0; f < n; f++)
+    if (weight[f] != 1.0)
+      return 0;
+  for (int e = 0; e < k->space->n_elements; e++) {
+    shape s = shape_of(k, e);
+    tsi_element_net(k->space, weight, 1, e, k->work);
+    for (int i = 0; i < s.n_net; i++)
+      if (fabs(k->work[i] - 1.0) > UNIT_SUM)
+        return 0;
+  }
+  return 1;
+}
+
 /* 1/W and W_a/W at all points, once: the weights do not move. */
 static int tabulate_weights(tsi_kernel *k) {
   const tsolid_space *space = k->space;
   size_t n_all = (size_t)space->n_inner + 2 * (size_t)space->n_surface;
-  for (size_t f = 1; f < n_all; f++)
-    k->rational |= k->control[4 * f + 3] != k->control[3];
-  if (!k->rational) /* W is that constant: J = (w X)_a / w */
-    k->rational = k->control[3] != 1.0;
-  if (!k->rational)
-    return 1;
   double *weight = tsi_new(&k->allocator, n_all, sizeof *weight);
-  k->w_value = tsi_new(&k->allocator, 4 * k->point_start[space->n_elements], sizeof(double));
   for (size_t f = 0; weight && f < n_all; f++)
     weight[f] = k->control[4 * f + 3];
+  k->rational = weight && !is_polynomial(k, weight, n_all);
+  if (!k->rational) {
+    tsi_delete(&k->allocator, weight);
+    return weight != NULL;
+  }
+  k->w_value = tsi_new(&k->allocator, 4 * k->point_start[space->n_elements], sizeof(double));
   for (int e = 0; weight && k->w_value && e < space->n_elements; e++) {
     shape s = shape_of(k, e);
     double *value = k->work, *d = value + k->max_points, *net = d + 3 * (size_t)k->max_points;

@@ -232,12 +232,14 @@ static int fill_tmesh(tsolid_tmesh *t, const int n_lines[3], const double *const
   if (!t->cell || !t->cell_block)
     return 0;
   emit_all(t);
+  t->n_cells_before_closure = t->n_cells;
   return 1;
 }
 
 tsolid_status tsi_tmesh_from_boxes(tsolid_context *context, const int n_lines[3],
                                    const double *const line[3], int n_boxes, const int *box,
-                                   const double arm_height[6], tsolid_tmesh **tmesh) {
+                                   const double arm_height[6], int analysis_suitable_off,
+                                   tsolid_tmesh **tmesh) {
   *tmesh = NULL;
   tsolid_status status = check_lines(context, n_lines, line, arm_height);
   if (status == TSOLID_OK)
@@ -249,9 +251,10 @@ tsolid_status tsi_tmesh_from_boxes(tsolid_context *context, const int n_lines[3]
     return tsi_no_memory(context, STAGE);
   t->allocator = context->allocator;
   t->references = 1;
+  t->analysis_suitable_off = analysis_suitable_off;
   if (!fill_tmesh(t, n_lines, line, n_boxes, box, arm_height))
     status = tsi_no_memory(context, STAGE);
-  if (status == TSOLID_OK)
+  if (status == TSOLID_OK && !analysis_suitable_off)
     status = tsi_closure(context, t, &t->n_closure_rounds);
   if (status == TSOLID_OK)
     status = tsi_tmesh_count_nodes(context, t);

@@ -8,9 +8,12 @@
  * and balance are per axis). Strong balance: cells that touch, be it at a corner, differ by at most
  * one level per axis. And at least `min_cells` cells stand along every axis.
  *
+ * The paper's own octree splits all axes together; there, an axis with no T-junction left in the
+ * interval is split in the middle. Its tree then gets a new value, and all cells are painted anew.
+ *
  * Cells are painted on the grid of all values, so that neighbours are found by looking. */
+#include "octree.h"
 #include "axis_tree.h"
-#include "internal.h"
 
 static const char *const STAGE = "tmesh";
 
@@ -29,13 +32,15 @@ typedef struct junctions {
 
 typedef struct octree {
   tsolid_context *context;
-  tsi_arena arena;
+  tsi_arena *arena;
+  const tsi_octree_input *input;
   tsi_axis_tree axis[3];
+  unsigned char *wanted[3]; /* per node of the trees: to be split in the middle */
+  int n_wanted;
   junctions side[6];
   int n_leaves, capacity;
   leaf *leaf; /* our own growing array */
   int *grid;  /* leaf of every elementary cell; axis 0 fastest */
-  int min_cells;
 } octree;
 
 static const tsi_interval *interval_of(const octree *o, const leaf *l, int axis) {
@@ -43,32 +48,31 @@ static const tsi_interval *interval_of(const octree *o, const leaf *l, int axis)
 }
 
 static int can_split(const octree *o, const leaf *l, int axis) {
-  return interval_of(o, l, axis)->child[0] >= 0;
+  return interval_of(o, l, axis)->child[0] >= 0 ||
+         (o->input->together >> axis & 1 && tsi_interval_has_middle(&o->axis[axis], l->node[axis]));
 }
 
 /* ---- T-junctions
  * ------------------------------------------------------------------------------------------ */
 
-/* Marks the corners of the side's elements and sums them up from the low corner. */
-static int count_junctions(octree *o, const tsolid_boundary *boundary, int side) {
-  const tsi_side *s = &boundary->side[side];
+/* Marks the side's T-junctions and sums them up from the low corner. */
+static int count_junctions(octree *o, int side) {
+  const tsi_junctions *list = &o->input->side[side];
   const tsi_axis_tree *axis[2] = {&o->axis[tsi_side_s(side)], &o->axis[tsi_side_t(side)]};
   junctions *j = &o->side[side];
   for (int i = 0; i < 2; i++)
     j->n[i] = axis[i]->n_values;
   int stride = j->n[0] + 1;
-  j->below = tsi_arena_new(&o->arena, (size_t)stride * (size_t)(j->n[1] + 1), sizeof *j->below);
+  j->below = tsi_arena_new(o->arena, (size_t)stride * (size_t)(j->n[1] + 1), sizeof *j->below);
   if (!j->below)
     return 0;
-  for (int e = 0; e < s->n_elements; e++)
-    for (int corner = 0; corner < 4; corner++) {
-      const double *box = s->box + 4 * (size_t)e;
-      int a = tsi_axis_tree_nearest(axis[0], box[corner & 1]);
-      int b = tsi_axis_tree_nearest(axis[1], box[2 + (corner >> 1)]);
-      int is_corner = (a == 0 || a == j->n[0] - 1) && (b == 0 || b == j->n[1] - 1);
-      if (!is_corner) /* the cube's corners are no T-junctions */
-        j->below[a + 1 + (b + 1) * stride] = 1;
-    }
+  for (int i = 0; i < list->n; i++) {
+    int a = tsi_axis_tree_nearest(axis[0], list->at[2 * (size_t)i]);
+    int b = tsi_axis_tree_nearest(axis[1], list->at[2 * (size_t)i + 1]);
+    int is_corner = (a == 0 || a == j->n[0] - 1) && (b == 0 || b == j->n[1] - 1);
+    if (!is_corner) /* the cube's corners are no T-junctions */
+      j->below[a + 1 + (b + 1) * stride] = 1;
+  }
   for (int b = 1; b <= j->n[1]; b++)
     for (int a = 1; a <= j->n[0]; a++)
       j->below[a + b * stride] += j->below[a - 1 + b * stride] + j->below[a + (b - 1) * stride] -
@@ -119,7 +123,7 @@ static int coarse_axes(const octree *o, const leaf *l) {
   for (int a = 0; a < 3; a++) {
     const tsi_interval *i = interval_of(o, l, a);
     double width = o->axis[a].value[i->last] - o->axis[a].value[i->first];
-    axes |= (can_split(o, l, a) && width * o->min_cells > 1.01) << a;
+    axes |= (can_split(o, l, a) && width * o->input->min_cells > 1.01) << a;
   }
   return axes;
 }
@@ -198,6 +202,64 @@ static int unbalanced_axes(const octree *o, const leaf *l) {
   return axes;
 }
 
+/* The axes to split of a leaf that breaks a rule, and those that are split together with them. */
+static int axes_to_split(const octree *o, const leaf *l) {
+  int axes = coarse_axes(o, l) | unbalanced_axes(o, l), together = o->input->together;
+  if (breaks_rule(o, l))
+    axes |= crowded_axes(o, l);
+  for (int a = 0; a < 3 && axes & together; a++)
+    axes |= together & (can_split(o, l, a) << a);
+  return axes;
+}
+
+/* Notes intervals that have no T-junction left to be split at; 0: there are none. */
+static int want_middles(octree *o, const leaf *l, int axes) {
+  int n = 0;
+  for (int a = 0; a < 3; a++)
+    if (axes >> a & 1 && interval_of(o, l, a)->child[0] < 0) {
+      o->wanted[a][l->node[a]] = 1;
+      n++;
+    }
+  o->n_wanted += n;
+  return n;
+}
+
+/* The grid of all values, with the leaves painted on it, and the T-junctions on it. */
+static tsolid_status make_grid(octree *o) {
+  double cells = 1.0;
+  for (int a = 0; a < 3; a++)
+    cells *= o->axis[a].n_values - 1;
+  if (cells > MAX_GRID)
+    return tsi_fail(o->context, TSOLID_ERROR_REFUSED, STAGE,
+                    "The sides' knots make a grid of %.0f cells, more than the %d that are taken; "
+                    "give sides with fewer knots",
+                    cells, MAX_GRID);
+  tsi_delete(&o->context->allocator, o->grid);
+  o->grid = tsi_new(&o->context->allocator, (size_t)cells, sizeof *o->grid);
+  if (!o->grid)
+    return tsi_no_memory(o->context, STAGE);
+  for (int i = 0; i < o->n_leaves; i++)
+    if (!o->leaf[i].split)
+      paint(o, i);
+  for (int a = 0; a < 3; a++) {
+    o->wanted[a] = tsi_arena_new(o->arena, (size_t)o->axis[a].n_nodes, 1);
+    if (!o->wanted[a])
+      return tsi_no_memory(o->context, STAGE);
+  }
+  o->n_wanted = 0;
+  for (int side = 0; side < 6; side++)
+    if (!count_junctions(o, side))
+      return tsi_no_memory(o->context, STAGE);
+  return TSOLID_OK;
+}
+
+static tsolid_status add_middles(octree *o) {
+  for (int a = 0; a < 3; a++)
+    if (!tsi_axis_tree_halve(&o->axis[a], o->wanted[a], o->arena))
+      return tsi_no_memory(o->context, STAGE);
+  return make_grid(o);
+}
+
 /* Splits until every leaf keeps the rule and the balance. */
 static tsolid_status subdivide(octree *o) {
   int root[3] = {0, 0, 0};
@@ -209,16 +271,17 @@ static tsolid_status subdivide(octree *o) {
       const leaf *l = &o->leaf[i];
       if (l->split)
         continue;
-      int axes = coarse_axes(o, l) | unbalanced_axes(o, l);
-      if (breaks_rule(o, l))
-        axes |= crowded_axes(o, l);
-      if (axes == 0)
+      int axes = axes_to_split(o, l);
+      if (axes == 0 || want_middles(o, l, axes))
         continue;
       if (!split_leaf(o, i, axes))
         return tsi_no_memory(o->context, STAGE);
       changed = 1;
     }
-    tsolid_status status = tsi_progress(o->context, STAGE, 0.2);
+    changed |= o->n_wanted > 0;
+    tsolid_status status = o->n_wanted ? add_middles(o) : TSOLID_OK;
+    if (status == TSOLID_OK)
+      status = tsi_progress(o->context, STAGE, 0.2);
     if (status != TSOLID_OK)
       return status;
   }
@@ -229,25 +292,25 @@ static tsolid_status subdivide(octree *o) {
  * ---------------------------------------------------------------------------------------------------
  */
 
-/* Keeps the values that are corners of leaves; line[a], and for every value its line. */
-static int choose_lines(octree *o, int n_lines[3], double *line[3], int *line_of[3]) {
+/* Keeps the values that are corners of leaves, as lines; line_of: for every value its line. */
+static int choose_lines(const octree *o, tsi_octree *tree, int *line_of[3]) {
   for (int a = 0; a < 3; a++) {
-    int n = o->axis[a].n_values;
-    line[a] = tsi_arena_new(&o->arena, (size_t)n, sizeof(double));
-    line_of[a] = tsi_arena_new(&o->arena, (size_t)n, sizeof(int));
-    if (!line[a] || !line_of[a])
+    int n = o->axis[a].n_values, n_lines = 0;
+    tree->line[a] = tsi_arena_new(o->arena, (size_t)n, sizeof(double));
+    line_of[a] = tsi_arena_new(o->arena, (size_t)n, sizeof(int));
+    if (!tree->line[a] || !line_of[a])
       return 0;
     for (int i = 0; i < o->n_leaves; i++)
       if (!o->leaf[i].split) {
         line_of[a][interval_of(o, &o->leaf[i], a)->first] = 1;
         line_of[a][interval_of(o, &o->leaf[i], a)->last] = 1;
       }
-    n_lines[a] = 0;
     for (int i = 0; i < n; i++)
       if (line_of[a][i]) {
-        line[a][n_lines[a]] = o->axis[a].value[i];
-        line_of[a][i] = n_lines[a]++;
+        tree->line[a][n_lines] = o->axis[a].value[i];
+        line_of[a][i] = n_lines++;
       }
+    tree->n_lines[a] = n_lines;
   }
   return 1;
 }
@@ -270,69 +333,105 @@ static void choose_arm_heights(const octree *o, double height[6]) {
   }
 }
 
-static tsolid_status make_boxes(octree *o, int *const line_of[3], int *n_boxes, int **box) {
-  *n_boxes = 0;
-  *box = tsi_arena_new(&o->arena, (size_t)o->n_leaves, 6 * sizeof **box);
-  if (!*box)
-    return tsi_no_memory(o->context, STAGE);
+static int make_boxes(const octree *o, int *const line_of[3], tsi_octree *tree) {
+  tree->box = tsi_arena_new(o->arena, (size_t)o->n_leaves, 6 * sizeof *tree->box);
+  if (!tree->box)
+    return 0;
   for (int i = 0; i < o->n_leaves; i++) {
     if (o->leaf[i].split)
       continue;
-    int *row = *box + 6 * (size_t)(*n_boxes)++;
+    int *row = tree->box + 6 * (size_t)tree->n_boxes++;
     for (int a = 0; a < 3; a++) {
       row[a] = line_of[a][interval_of(o, &o->leaf[i], a)->first];
       row[a + 3] = line_of[a][interval_of(o, &o->leaf[i], a)->last];
     }
   }
-  return TSOLID_OK;
+  return 1;
 }
 
-/* Trees, junctions and the grid. */
-static tsolid_status plant(octree *o, const tsolid_boundary *boundary) {
-  double cells = 1.0;
+/* One tree per axis, from the T-junctions of the four sides that carry it. */
+static tsolid_status plant(octree *o) {
   for (int a = 0; a < 3; a++) {
-    if (!tsi_axis_tree_create(boundary, a, o->min_cells, &o->arena, &o->axis[a]))
+    size_t room = 0, n = 0;
+    for (int side = 0; side < 6; side++)
+      room += (size_t)o->input->side[side].n;
+    double *value = tsi_arena_new(o->arena, room, sizeof *value);
+    for (int side = 0; side < 6 && value; side++)
+      for (int i = 0; i < o->input->side[side].n && tsi_side_axis(side) != a; i++)
+        value[n++] = o->input->side[side].at[2 * (size_t)i + (tsi_side_s(side) == a ? 0 : 1)];
+    if (!value ||
+        !tsi_axis_tree_from_values((int)n, value, o->input->min_cells, o->arena, &o->axis[a]))
       return tsi_no_memory(o->context, STAGE);
-    cells *= o->axis[a].n_values - 1;
   }
-  if (cells > MAX_GRID)
-    return tsi_fail(o->context, TSOLID_ERROR_REFUSED, STAGE,
-                    "The sides' knots make a grid of %.0f cells, more than the %d that are taken; "
-                    "give sides with fewer knots",
-                    cells, MAX_GRID);
-  o->grid = tsi_arena_new(&o->arena, (size_t)cells, sizeof *o->grid);
-  for (int side = 0; side < 6; side++)
-    if (!o->grid || !count_junctions(o, boundary, side))
-      return tsi_no_memory(o->context, STAGE);
-  return TSOLID_OK;
+  return make_grid(o);
+}
+
+tsolid_status tsi_octree_create(tsolid_context *context, const tsi_octree_input *input,
+                                tsi_arena *arena, tsi_octree *tree) {
+  octree o = {.context = context, .arena = arena, .input = input};
+  int *line_of[3];
+  *tree = (tsi_octree){.n_boxes = 0};
+  tsolid_status status = plant(&o);
+  if (status == TSOLID_OK)
+    status = subdivide(&o);
+  if (status == TSOLID_OK && !(choose_lines(&o, tree, line_of) && make_boxes(&o, line_of, tree)))
+    status = tsi_no_memory(context, STAGE);
+  if (status == TSOLID_OK)
+    choose_arm_heights(&o, tree->arm_height);
+  tsi_delete(&context->allocator, o.leaf);
+  tsi_delete(&context->allocator, o.grid);
+  return status;
+}
+
+/* ---- from a boundary
+ * ------------------------------------------------------------------------------------------ */
+
+/* The corners of the side's Bezier elements. */
+static int collect_corners(const tsi_side *side, tsi_arena *arena, tsi_junctions *list) {
+  double *at = tsi_arena_new(arena, 8 * (size_t)side->n_elements, sizeof *at);
+  if (!at)
+    return 0;
+  for (size_t k = 0; k < 4 * (size_t)side->n_elements; k++) {
+    const double *box = side->box + 4 * (k / 4);
+    at[2 * k] = box[k & 1];
+    at[2 * k + 1] = box[2 + (k >> 1 & 1)];
+  }
+  *list = (tsi_junctions){4 * side->n_elements, at};
+  return 1;
+}
+
+static tsolid_status build(tsolid_context *context, const tsolid_boundary *boundary,
+                           const tsolid_tmesh_options *options, tsolid_tmesh **tmesh) {
+  tsi_arena arena = tsi_arena_create(context);
+  tsi_octree_input input = {.min_cells =
+                                options->min_cells ? options->min_cells : DEFAULT_MIN_CELLS,
+                            .together = options->isotropic ? 7 : 0};
+  tsi_octree tree;
+  tsolid_status status = TSOLID_OK;
+  for (int side = 0; side < 6 && status == TSOLID_OK; side++)
+    if (!collect_corners(&boundary->side[side], &arena, &input.side[side]))
+      status = tsi_no_memory(context, STAGE);
+  if (status == TSOLID_OK)
+    status = tsi_octree_create(context, &input, &arena, &tree);
+  if (status == TSOLID_OK)
+    status =
+        tsi_tmesh_from_boxes(context, tree.n_lines, (const double *const *)tree.line, tree.n_boxes,
+                             tree.box, tree.arm_height, options->analysis_suitable_off, tmesh);
+  tsi_arena_free(&arena);
+  return status;
 }
 
 tsolid_status tsolid_tmesh_create(tsolid_context *context, const tsolid_boundary *boundary,
                                   const tsolid_tmesh_options *options, tsolid_tmesh **tmesh) {
+  static const tsolid_tmesh_options defaults = {0};
   if (!context || !boundary || !tmesh)
     return TSOLID_ERROR_ARGUMENT;
   *tmesh = NULL;
-  octree o = {.context = context, .arena = tsi_arena_create(context)};
-  o.min_cells = options && options->min_cells ? options->min_cells : DEFAULT_MIN_CELLS;
-  if (o.min_cells < 1 || o.min_cells > MAX_MIN_CELLS)
+  if (!options)
+    options = &defaults;
+  if (options->min_cells < 0 || options->min_cells > MAX_MIN_CELLS)
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, STAGE,
                     "The least number of core cells per axis must be 1 to %d, not %d",
-                    MAX_MIN_CELLS, o.min_cells);
-  int n_lines[3], *line_of[3], n_boxes, *box;
-  double *line[3], height[6];
-  tsolid_status status = plant(&o, boundary);
-  if (status == TSOLID_OK)
-    status = subdivide(&o);
-  if (status == TSOLID_OK && !choose_lines(&o, n_lines, line, line_of))
-    status = tsi_no_memory(context, STAGE);
-  if (status == TSOLID_OK)
-    status = make_boxes(&o, line_of, &n_boxes, &box);
-  if (status == TSOLID_OK) {
-    choose_arm_heights(&o, height);
-    status = tsi_tmesh_from_boxes(context, n_lines, (const double *const *)line, n_boxes, box,
-                                  height, tmesh);
-  }
-  tsi_delete(&context->allocator, o.leaf);
-  tsi_arena_free(&o.arena);
-  return status;
+                    MAX_MIN_CELLS, options->min_cells);
+  return build(context, boundary, options, tmesh);
 }

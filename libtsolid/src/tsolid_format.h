@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
- * The .tsolid container, version 2. Everything is little-endian; u32 and u64 are unsigned, f64 is
+ * The .tsolid container, version 3. Everything is little-endian; u32 and u64 are unsigned, f64 is
  * an IEEE 754 double by its bits. All counts stand before what they count.
  *
  *   file    = magic (8 bytes), u32 version, section * 11
@@ -14,7 +14,7 @@
  *   FACT    the requirement and the preparation, field by field in the order of tsolid.h;
  *           version 1 ends before n_bilinear_factors, n_moebius (both 0)
  *   MESH    u32 n_lines[3], f64 line[n_lines] of each axis, u32 n_boxes, u32 box[n_boxes][6],
- *           f64 arm_height[6]
+ *           f64 arm_height[6], u32 analysis_suitable_off; versions 1 and 2 end before that (0)
  *   CTRL    u32 n, f64 control[n][4]: inner functions, then the layer R-; the layer R is FUNC
  *   INFO    f64 start_worst
  *
@@ -25,6 +25,6 @@
 
 #define TSI_TSOLID_MAGIC "\x89TSOL\r\n\x1a" /* breaks visibly when taken for text */
 
-enum { TSI_TSOLID_MAGIC_SIZE = 8, TSI_TSOLID_VERSION = 2, TSI_TSOLID_SECTION_FRAME = 16 };
+enum { TSI_TSOLID_MAGIC_SIZE = 8, TSI_TSOLID_VERSION = 3, TSI_TSOLID_SECTION_FRAME = 16 };
 
 #endif

@@ -116,13 +116,14 @@ static void put_mesh(writer *w, const tsolid_tmesh *tmesh) {
   uint64_t n_lines = 0, n_boxes = (uint64_t)tmesh->n_boxes;
   for (int a = 0; a < 3; a++)
     n_lines += (uint64_t)tmesh->n_lines[a];
-  begin_section(w, "MESH", 12 + 8 * n_lines + 4 + 24 * n_boxes + 48);
+  begin_section(w, "MESH", 12 + 8 * n_lines + 4 + 24 * n_boxes + 48 + 4);
   put_ints(w, tmesh->n_lines, 3);
   for (int a = 0; a < 3; a++)
     put_doubles(w, tmesh->line[a], (size_t)tmesh->n_lines[a]);
   put_int(w, tmesh->n_boxes);
   put_ints(w, tmesh->box, 6 * (size_t)tmesh->n_boxes);
   put_doubles(w, tmesh->arm_height, 6);
+  put_int(w, tmesh->analysis_suitable_off);
   end_section(w);
 }
 

@@ -497,9 +497,13 @@ class TMesh(_Handle):
     _free = "tsolid_tmesh_free"
 
     @classmethod
-    def create(cls, context, boundary, min_cells=0):
-        """min_cells: at least so many core cells per axis; 0: the library's default."""
-        options = header.TmeshOptions(min_cells)
+    def create(cls, context, boundary, min_cells=0, isotropic=False, analysis_suitable=True):
+        """min_cells: at least so many core cells per axis; 0: the library's default.
+
+        isotropic: the octree halves all three axes at every split, as in the paper.
+        analysis_suitable: False leaves out the closure; the solid is then a rational T-spline.
+        """
+        options = header.TmeshOptions(min_cells, isotropic, not analysis_suitable)
         handle = c_void_p()
         context.call("tsolid_tmesh_create", boundary.handle, byref(options), byref(handle))
         return cls(context, handle)

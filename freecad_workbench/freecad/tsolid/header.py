@@ -218,7 +218,7 @@ class Placement(ctypes.Structure):
 
 
 class TmeshOptions(ctypes.Structure):
-    _fields_ = [("min_cells", c_int)]
+    _fields_ = [("min_cells", c_int), ("isotropic", c_int), ("analysis_suitable_off", c_int)]
 
 
 class TmeshView(ctypes.Structure):
