@@ -16,7 +16,8 @@ static const char help[] =
     "Mesh options:\n"
     "  --size H           wanted edge length (default: a twentieth of the part's diagonal)\n"
     "  --order N          1 (default): 8 nodes per element, C3D8; 2: 20 nodes, C3D20\n"
-    "  --divisions X,Y,Z,L  along the axes and through the layers; 0: from the size\n"
+    "  --divisions X,Y,Z,L  along the axes of the cube that the part is laid into, and through\n"
+    "                     the layers; 0: from the size\n"
     "  --grading G        thickness of the outermost layer over the innermost (default 1)\n"
     "  --max-elements N   refuse to make more (default 2000000)\n"
     "  --force            also from a solid that is not proved valid; the file then says so\n";

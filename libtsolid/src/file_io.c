@@ -44,6 +44,15 @@ size_t tsi_number_print(double value, char text[TSI_NUMBER_SIZE]) {
   return (size_t)length;
 }
 
+size_t tsi_number_print_within(double value, size_t room, char text[TSI_NUMBER_SIZE]) {
+  size_t length = tsi_number_print(value, text);
+  locale_t c, previous = enter_c_locale(&c);
+  for (int n_digits = 16; length > room && n_digits > 0; n_digits--)
+    length = (size_t)snprintf(text, TSI_NUMBER_SIZE, "%.*g", n_digits, value);
+  leave_c_locale(c, previous);
+  return length;
+}
+
 double tsi_number_parse(const char *text, const char **end) {
   locale_t c, previous = enter_c_locale(&c);
   char *stop = NULL;

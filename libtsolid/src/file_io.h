@@ -14,6 +14,9 @@ enum { TSI_NUMBER_SIZE = 32 };
  * Returns the length. */
 size_t tsi_number_print(double value, char text[TSI_NUMBER_SIZE]);
 
+/* The same, with as many digits only as fit into `room` >= 8 characters. */
+size_t tsi_number_print_within(double value, size_t room, char text[TSI_NUMBER_SIZE]);
+
 /* Reads a number with a decimal point from zero-terminated text; *end as for strtod. */
 double tsi_number_parse(const char *text, const char **end);
 

@@ -9,7 +9,7 @@
 
 static const char stage[] = "export";
 
-enum { NUMBERS_PER_LINE = 15, NAME_SIZE = 80 };
+enum { NUMBERS_PER_LINE = 15, NAME_SIZE = 80, FIELD_SIZE = 20 };
 
 static void put_name(tsi_output *out, const char *name) {
   char text[NAME_SIZE + 1];
@@ -24,18 +24,20 @@ static void put_name(tsi_output *out, const char *name) {
 }
 
 static void put_nodes(tsi_output *out, const tsolid_hex *hex) {
+  char text[TSI_NUMBER_SIZE];
   tsi_output_text(out, "*NODE, NSET=Nall\n");
   for (int k = 0; k < hex->n_nodes; k++) {
     tsi_output_integer(out, k + 1);
     for (int c = 0; c < 3; c++) {
       tsi_output_text(out, ", ");
-      tsi_output_number(out, hex->nodes[3 * (size_t)k + (size_t)c]);
+      double x = hex->nodes[3 * (size_t)k + (size_t)c];
+      tsi_output_add(out, text, tsi_number_print_within(x, FIELD_SIZE, text));
     }
     tsi_output_text(out, "\n");
   }
 }
 
-/* Numbers with commas between; a comma at a line's end tells that the record goes on. */
+/* A comma at a line's end tells that the record goes on. */
 static void put_elements(tsi_output *out, const tsolid_hex *hex) {
   int width = tsi_hex_width(hex->order);
   tsi_output_text(out, hex->order == 2 ? "*ELEMENT, TYPE=C3D20, ELSET=Eall\n"
@@ -43,7 +45,7 @@ static void put_elements(tsi_output *out, const tsolid_hex *hex) {
   for (int e = 0; e < hex->n_elements; e++) {
     tsi_output_integer(out, e + 1);
     for (int m = 0; m < width; m++) {
-      tsi_output_text(out, (m + 1) % NUMBERS_PER_LINE == 0 ? ",\n" : ", ");
+      tsi_output_text(out, m == NUMBERS_PER_LINE ? ",\n" : ", ");
       tsi_output_integer(out, hex->element[(size_t)e * (size_t)width + (size_t)m] + 1);
     }
     tsi_output_text(out, "\n");
