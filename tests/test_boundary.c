@@ -465,7 +465,7 @@ static void test_bezier_refused(tsolid_context *context) {
   part p = make_part(plain_axes, map_wavy, 1);
   tsolid_boundary *boundary = create(context, &p, NULL), *made = NULL;
   bezier_copy c;
-  copy_bezier(boundary, 1, &c);
+  copy_bezier(boundary, 0, &c);
   c.coefficient[2][0] += 1e-9;
   c.coefficient[2][0] *= 0.999;
   CHECK(create_bezier(context, &c.view, &made) != TSOLID_OK && !made);

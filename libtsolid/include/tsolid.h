@@ -175,6 +175,13 @@ TSOLID_API tsolid_status tsolid_read_tsm(tsolid_context *context, const char *pa
  * surface that did not come from .tsm. */
 TSOLID_API tsolid_status tsolid_write_tsm(tsolid_context *context, const tsolid_surface *surface,
                                           const char *path);
+/* Bezier elements as they are, all raised to the highest degree among them. The format has neither
+ * neighbours nor knot intervals: elements are glued where all functions agree, the ratios of
+ * intervals come from functions that are C^1 across an edge, and where there are none the smallest
+ * is 1 (notes tell). Faces are numbered as the file's elements. TSOLID_ERROR_REFUSED for volumes.
+ */
+TSOLID_API tsolid_status tsolid_read_iga(tsolid_context *context, const char *path,
+                                         tsolid_surface **surface);
 TSOLID_API void tsolid_surface_free(tsolid_surface *surface);
 TSOLID_API void tsolid_surface_get(const tsolid_surface *surface, tsolid_surface_view *view);
 /* Point and derivatives of a face: rows of 3: x (order 0); x, x_u, x_v (order 1). */
@@ -244,14 +251,14 @@ typedef struct tsolid_requirement {
 
 /* What was changed, exactly or within the tolerance, before the construction. */
 typedef struct tsolid_preparation {
-  double snap[12];                /* largest distance a control point of the isoline was moved */
-  double snap_inside[6];          /* the same for patch borders inside a side */
-  double weight_factor[6];        /* of all factors that weights of the side's patches were
-                                     multiplied by, the corners of bilinear ones included, the one
-                                     farthest from 1 as a ratio; 1: none, or Moebius changes only */
-  double knot_merge;              /* largest change of a knot, relative to its range */
-  int n_knots_inserted;           /* over all patches, by belts that needed them */
-  int n_degrees_raised;           /* patch directions whose degree was raised */
+  double snap[12];         /* largest distance a control point of the isoline was moved */
+  double snap_inside[6];   /* the same for patch borders inside a side */
+  double weight_factor[6]; /* of all factors that weights of the side's patches were
+                              multiplied by, the corners of bilinear ones included, the one
+                              farthest from 1 as a ratio; 1: none, or Moebius changes only */
+  double knot_merge;       /* largest change of a knot, relative to its range */
+  int n_knots_inserted;    /* into rows of functions along seams, and knot lines across patches */
+  int n_degrees_raised;    /* patch directions whose degree was raised */
   int refine_knots, raise_degree; /* asked for by options */
   int n_bilinear_factors; /* patches multiplied by a positive bilinear function of (u,v), which
                              raises degrees by one and changes neither surface nor parameters */

@@ -158,7 +158,9 @@ static tsolid_status place_patches(tsolid_context *context, tsi_arena *arena, co
   shell->patch = tsi_arena_new(arena, (size_t)n, sizeof *shell->patch);
   shell->place = tsi_arena_new(arena, (size_t)n, sizeof *shell->place);
   shell->moebius = tsi_arena_new(arena, (size_t)n, sizeof *shell->moebius);
-  if (!shell->patch || !shell->place || !shell->moebius)
+  shell->tspline = tsi_arena_new(arena, (size_t)n, sizeof *shell->tspline);
+  shell->elements = tsi_arena_new(arena, (size_t)n, sizeof *shell->elements);
+  if (!shell->patch || !shell->tspline || !shell->elements || !shell->place || !shell->moebius)
     return tsi_no_memory(context, stage);
   memcpy(shell->n_strips, cube->n_strips, sizeof shell->n_strips);
   int p = 0;
@@ -415,6 +417,8 @@ static tsolid_status create_from_patches(tsolid_context *context, tsi_arena *are
     status = tsi_shell_multiply_weights(context, arena, &shell, &preparation);
   if (!status)
     status = tsi_shell_unify(context, arena, &shell, options, &preparation);
+  if (!status)
+    status = tsi_shell_refine_rows(context, arena, &shell, &preparation);
   if (!status)
     status = tsi_shell_match_weights(context, arena, &shell, &preparation);
   if (!status)

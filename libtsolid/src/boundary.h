@@ -1,13 +1,16 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
  * The steps from input to boundary, private to the stage:
  *
- *     patches -> facets -> cube -> shell (canonical patches) -> parameters, factors, belts,
- * weights, snapping -> draft Bezier sides -> facets -> cube -> draft draft -> boundary */
+ *     patches -> facets -> cube -> shell (canonical patches)
+ *             -> parameters, factors, belts, rows along seams, weights, snapping -> draft
+ *     Bezier sides -> facets -> cube -> draft
+ *     draft -> boundary */
 #ifndef TSI_BOUNDARY_H
 #define TSI_BOUNDARY_H
 
 #include "cube.h"
 #include "patch.h"
+#include "tspline.h"
 
 /* Sides in canonical position; functions still numbered anyhow. All arrays the arena's. */
 typedef struct tsi_draft {
@@ -16,11 +19,17 @@ typedef struct tsi_draft {
   tsi_side side[6];
 } tsi_draft;
 
-/* The patches in canonical position: side by side, each t-major, with knots on [0,1]. */
+/* The patches in canonical position: side by side, each t-major, with knots on [0,1]. A patch is a
+ * NURBS patch until tsi_shell_refine_rows makes a T-spline of it, a T-spline, or Bezier elements.
+ */
 typedef struct tsi_shell {
   int n_strips[3];
-  int first[7]; /* patches of side i: first[i] .. first[i+1]-1, (i, j) at i + n_s*j */
-  tsi_patch *patch;
+  int first[7];         /* patches of side i: first[i] .. first[i+1]-1, (i, j) at i + n_s*j */
+  tsi_patch *patch;     /* n[0] = 0: none */
+  tsi_tspline *tspline; /* n = 0: none, or not yet */
+  tsi_side *elements;   /* n_elements = 0: none; functions are rows of `control` */
+  double *control;      /* homogeneous points of T-splines and elements, rows of 4 */
+  int n_control, control_capacity;
   const tsi_place **place;
   const tsi_facet *facet; /* by input number */
   double *line[3];        /* n_strips + 1 values where strips begin and end */
@@ -36,10 +45,17 @@ tsolid_status tsi_shell_match_parameters(tsolid_context *context, tsi_arena *are
 tsolid_status tsi_shell_multiply_weights(tsolid_context *context, tsi_arena *arena,
                                          tsi_shell *shell, tsolid_preparation *preparation);
 
-/* Raises and inserts until all patches of every belt share degree and knots. */
+/* Raises degrees until all patches of every belt share one, and makes knots that are nearly equal
+ * there equal. */
 tsolid_status tsi_shell_unify(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                               const tsolid_boundary_options *options,
                               tsolid_preparation *preparation);
+/* Inserts what knots one side of a seam has and the other has not into the functions along it. All
+ * patches but those of Bezier elements are T-splines then. */
+tsolid_status tsi_shell_refine_rows(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
+                                    tsolid_preparation *preparation);
+/* Room for n more control points; the first one's row, or -1: no memory. */
+int tsi_shell_add_points(tsi_arena *arena, tsi_shell *shell, int n);
 /* Scales patches by constants until weights agree along all seams. */
 tsolid_status tsi_shell_match_weights(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                                       tsolid_preparation *preparation);

@@ -1,47 +1,39 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
- * From prepared patches to Bezier elements. The surface functions are the surface points of a
- * lattice N_x x N_y x N_z of univariate functions: along an axis the strips join C^0, neighbours
- * share the function at their common end. */
+ * From prepared patches to six sides of Bezier elements. Functions are the control points: those of
+ * both sides of a seam that stand at the same place of a row are one. */
+#include <stdlib.h>
+
 #include "bernstein.h"
-#include "boundary.h"
-#include "bspline.h"
+#include "seams.h"
 
 static const char stage[] = "boundary";
-
-/* All univariate functions of one axis in Bernstein form of one degree. */
-typedef struct axis_basis {
-  int degree, n_functions, n_elements;
-  double *value;      /* n_elements + 1 */
-  int *first, *count; /* per element: functions first .. first+count-1 */
-  size_t *start;      /* per element: rows of degree+1 coefficients in `coefficient` */
-  double *coefficient;
-} axis_basis;
-
-/* Any patch of a strip's belt, and its direction. */
-static const tsi_patch *patch_of_strip(const tsi_shell *shell, int axis, int strip, int *along) {
-  int side = axis == 0 ? 2 : 0, s = tsi_side_s(side);
-  *along = tsi_side_t(side) == axis;
-  return &shell->patch[shell->first[side] + (*along ? shell->n_strips[s] * strip : strip)];
-}
 
 /* ---- strip widths -----------------------------------------------------------------------------
  */
 
+static double add_polygon(const tsi_row *row, double length) {
+  const double *previous = NULL;
+  for (int m = 0; m < row->n; m++) {
+    const double *h = tsi_row_point(row, m);
+    if (previous)
+      length += hypot(
+          hypot(h[0] / h[3] - previous[0] / previous[3], h[1] / h[3] - previous[1] / previous[3]),
+          h[2] / h[3] - previous[2] / previous[3]);
+    previous = h;
+  }
+  return length;
+}
+
 /* Lengths of both border polygons of a patch along a direction. */
-static double measure_borders(const tsi_patch *patch, int along) {
+static double measure_borders(const tsi_shell *shell, int p, int along) {
   double length = 0.0;
-  size_t n0 = (size_t)patch->n[0];
   for (int end = 0; end < 2; end++) {
-    size_t fixed = end ? (size_t)patch->n[1 - along] - 1 : 0;
-    const double *previous = NULL;
-    for (size_t m = 0; m < (size_t)patch->n[along]; m++) {
-      const double *h = patch->control + 4 * (along ? fixed + n0 * m : m + n0 * fixed);
-      if (previous)
-        length += hypot(
-            hypot(h[0] / h[3] - previous[0] / previous[3], h[1] / h[3] - previous[1] / previous[3]),
-            h[2] / h[3] - previous[2] / previous[3]);
-      previous = h;
-    }
+    tsi_seam s = {.row = {{p, along, end}}};
+    tsi_row row = tsi_seam_row(shell, &s, 0);
+    if (row.n)
+      length = add_polygon(&row, length);
+    else
+      length += shell->facet[shell->place[p]->facet].length[tsi_seam_border(shell, &s, 0)];
   }
   return length;
 }
@@ -55,8 +47,7 @@ static double measure_strip(const tsi_shell *shell, int axis, int strip) {
     int along = t == axis;
     for (int k = 0; k < shell->n_strips[along ? s : t]; k++) {
       int i = along ? k : strip, j = along ? strip : k;
-      length +=
-          measure_borders(&shell->patch[shell->first[side] + i + shell->n_strips[s] * j], along);
+      length += measure_borders(shell, shell->first[side] + i + shell->n_strips[s] * j, along);
     }
   }
   return length;
@@ -84,70 +75,7 @@ static tsolid_status place_strips(tsolid_context *context, tsi_arena *arena, tsi
   return TSOLID_OK;
 }
 
-/* ---- univariate functions ---------------------------------------------------------------------
- */
-
-static void count_axis(const tsi_shell *shell, int axis, axis_basis *b, size_t *n_rows) {
-  b->degree = b->n_elements = 0;
-  b->n_functions = 1;
-  *n_rows = 0;
-  for (int strip = 0; strip < shell->n_strips[axis]; strip++) {
-    int along;
-    const tsi_patch *patch = patch_of_strip(shell, axis, strip, &along);
-    int p = patch->degree[along];
-    b->degree = p > b->degree ? p : b->degree;
-    b->n_functions += patch->n[along] - 1;
-    for (int i = p; i < patch->n[along]; i++)
-      if (patch->knots[along][i] < patch->knots[along][i + 1]) {
-        b->n_elements++;
-        *n_rows += (size_t)p + 1;
-      }
-  }
-}
-
-static tsolid_status build_axis(tsolid_context *context, tsi_arena *arena, const tsi_shell *shell,
-                                int axis, axis_basis *b) {
-  size_t n_rows, row = 0;
-  count_axis(shell, axis, b, &n_rows);
-  size_t n = (size_t)b->n_elements, width = (size_t)b->degree + 1;
-  b->value = tsi_arena_new(arena, n + 1, sizeof *b->value);
-  b->first = tsi_arena_new(arena, n, sizeof *b->first);
-  b->count = tsi_arena_new(arena, n, sizeof *b->count);
-  b->start = tsi_arena_new(arena, n, sizeof *b->start);
-  b->coefficient = tsi_arena_new(arena, n_rows * width, sizeof *b->coefficient);
-  if (!b->value || !b->first || !b->count || !b->start || !b->coefficient)
-    return tsi_no_memory(context, stage);
-  int e = 0, offset = 0;
-  for (int strip = 0; strip < shell->n_strips[axis]; strip++) {
-    int along;
-    const tsi_patch *patch = patch_of_strip(shell, axis, strip, &along);
-    const double *knots = patch->knots[along];
-    double low = shell->line[axis][strip], high = shell->line[axis][strip + 1];
-    int p = patch->degree[along];
-    for (int i = p; i < patch->n[along]; i++) {
-      if (!(knots[i] < knots[i + 1]))
-        continue;
-      b->value[e] = 1.0 - (1.0 - (low + knots[i] * (high - low))); /* see tsi_knots_normalise */
-      b->first[e] = offset + i - p;
-      b->count[e] = p + 1;
-      b->start[e++] = row;
-      for (int k = i - p; k <= i; k++) {
-        double own[TSI_MAX_ORDER];
-        tsi_bspline_bernstein(p, knots + k, knots[i], knots[i + 1], own);
-        tsi_bernstein_raise(p, b->degree, 1, own, b->coefficient + row++ * width);
-      }
-    }
-    offset += patch->n[along] - 1;
-  }
-  b->value[e] = 1.0;
-  for (int i = 0; i < e; i++)
-    if (!(b->value[i] < b->value[i + 1]))
-      return tsi_fail(context, TSOLID_ERROR_REFUSED, stage,
-                      "The knots of a face lie too close together to be told apart");
-  return TSOLID_OK;
-}
-
-/* ---- the surface of the lattice ---------------------------------------------------------------
+/* ---- the lattice of patches -------------------------------------------------------------------
  */
 
 /* Consecutive numbers for the surface points: the bottom, the top, then the rings between. */
@@ -171,65 +99,137 @@ double tsi_lattice_count(const size_t n[3]) {
   return 2.0 * x * y + (z - 2.0) * (2.0 * (x + y) - 4.0);
 }
 
-static size_t side_id(int side, const axis_basis basis[3], size_t i, size_t j) {
-  size_t n[3], x[3];
-  for (int a = 0; a < 3; a++)
-    n[a] = (size_t)basis[a].n_functions;
-  x[tsi_side_axis(side)] = side & 1 ? n[tsi_side_axis(side)] - 1 : 0;
-  x[tsi_side_s(side)] = i;
-  x[tsi_side_t(side)] = j;
-  return tsi_lattice_id(n, x);
-}
+/* ---- elements of the patches ------------------------------------------------------------------
+ */
 
-static void collect_points(const tsi_shell *shell, const axis_basis basis[3], tsi_draft *draft) {
+/* The largest degree along an axis of all patches on the four sides that carry it. */
+static int find_degree(const tsi_shell *shell, int axis) {
+  int degree = 1;
   for (int side = 0; side < 6; side++) {
-    int n_s = shell->n_strips[tsi_side_s(side)], n_t = shell->n_strips[tsi_side_t(side)];
-    size_t at_t = 0;
-    for (int j = 0; j < n_t; j++) {
-      size_t at_s = 0;
-      const tsi_patch *patch = shell->patch + shell->first[side] + n_s * j;
-      for (int i = 0; i < n_s; i++, patch++) {
-        size_t n0 = (size_t)patch->n[0], n1 = (size_t)patch->n[1];
-        for (size_t v = 0; v < n1; v++)
-          for (size_t u = 0; u < n0; u++)
-            memcpy(draft->points + 4 * side_id(side, basis, at_s + u, at_t + v),
-                   patch->control + 4 * (u + n0 * v), 4 * sizeof *draft->points);
-        at_s += n0 - 1;
-        if (i + 1 == n_s)
-          at_t += n1 - 1;
-      }
+    if (tsi_side_axis(side) == axis)
+      continue;
+    int along = tsi_side_t(side) == axis;
+    for (int p = shell->first[side]; p < shell->first[side + 1]; p++) {
+      int own =
+          shell->tspline[p].n ? shell->tspline[p].degree[along] : shell->elements[p].degree[along];
+      degree = own > degree ? own : degree;
     }
   }
+  return degree;
 }
 
-static void fill_element(int side, const axis_basis basis[3], int es, int et, int *function,
-                         double *coefficient) {
-  const axis_basis *s = &basis[tsi_side_s(side)], *t = &basis[tsi_side_t(side)];
-  size_t ds = (size_t)s->degree + 1, dt = (size_t)t->degree + 1;
-  for (int j = 0; j < t->count[et]; j++)
-    for (int i = 0; i < s->count[es]; i++) {
-      const double *cs = s->coefficient + (s->start[es] + (size_t)i) * ds;
-      const double *ct = t->coefficient + (t->start[et] + (size_t)j) * dt;
-      *function++ =
-          (int)side_id(side, basis, (size_t)(s->first[es] + i), (size_t)(t->first[et] + j));
-      for (size_t b = 0; b < dt; b++)
-        for (size_t a = 0; a < ds; a++)
-          *coefficient++ = cs[a] * ct[b];
+/* Coefficients raised to `degree`; all else is `from`'s own. */
+static int raise_elements(tsi_arena *arena, const tsi_side *from, const int degree[2],
+                          tsi_side *to) {
+  int n0 = from->degree[0] + 1, n1 = from->degree[1] + 1, m0 = degree[0] + 1, m1 = degree[1] + 1;
+  size_t n = (size_t)from->function_start[from->n_elements];
+  double wide[TSI_MAX_ORDER * TSI_MAX_ORDER];
+  *to = *from;
+  if (n0 == m0 && n1 == m1)
+    return 1;
+  to->degree[0] = degree[0];
+  to->degree[1] = degree[1];
+  to->coefficient = tsi_arena_new(arena, n * (size_t)(m0 * m1), sizeof *to->coefficient);
+  for (size_t k = 0; to->coefficient && k < n; k++) {
+    const double *own = from->coefficient + k * (size_t)(n0 * n1);
+    for (int j = 0; j < n1; j++)
+      tsi_bernstein_raise(n0 - 1, degree[0], 1, own + j * n0, wide + j * m0);
+    tsi_bernstein_raise(n1 - 1, degree[1], m0, wide, to->coefficient + k * (size_t)(m0 * m1));
+  }
+  return to->coefficient != NULL;
+}
+
+static tsolid_status build_elements(tsolid_context *context, tsi_arena *arena, tsi_shell *shell) {
+  int axis_degree[3];
+  for (int axis = 0; axis < 3; axis++)
+    axis_degree[axis] = find_degree(shell, axis);
+  for (int side = 0; side < 6; side++) {
+    int degree[2] = {axis_degree[tsi_side_s(side)], axis_degree[tsi_side_t(side)]};
+    for (int p = shell->first[side]; p < shell->first[side + 1]; p++) {
+      char name[TSI_NAME_SIZE];
+      int k = shell->place[p]->facet;
+      tsolid_status status = TSOLID_OK;
+      if (shell->tspline[p].n)
+        status = tsi_tspline_elements(context, arena, &shell->tspline[p], degree,
+                                      tsi_name_patch(shell->facet[k].name, k, name),
+                                      &shell->elements[p]);
+      else if (!raise_elements(arena, &shell->elements[p], degree, &shell->elements[p]))
+        status = tsi_no_memory(context, stage);
+      if (status)
+        return status;
     }
+  }
+  return TSOLID_OK;
 }
 
-static tsolid_status build_side(tsolid_context *context, tsi_arena *arena, const tsi_shell *shell,
-                                const axis_basis basis[3], int number, tsi_side *side) {
-  const axis_basis *s = &basis[tsi_side_s(number)], *t = &basis[tsi_side_t(number)];
-  size_t width = (size_t)(s->degree + 1) * (size_t)(t->degree + 1);
-  double n_entries = 0.0, n_elements = (double)s->n_elements * t->n_elements;
-  for (int j = 0; j < t->n_elements; j++)
-    for (int i = 0; i < s->n_elements; i++)
-      n_entries += (double)s->count[i] * t->count[j];
+/* ---- functions --------------------------------------------------------------------------------
+ */
+
+static int find_root(int *parent, int i) {
+  while (parent[i] != i)
+    i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+static void join_functions(int *parent, int a, int b) {
+  a = find_root(parent, a);
+  b = find_root(parent, b);
+  if (a != b)
+    parent[a > b ? a : b] = a > b ? b : a;
+}
+
+/* number[row of shell->control]: of the function, -1 where there is none. */
+static tsolid_status number_functions(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
+                                      int *parent, int *number, tsi_draft *draft) {
+  int n = 0;
+  for (int i = 0; i < shell->n_control; i++)
+    number[i] = -1;
+  for (int p = 0; p < shell->first[6]; p++) {
+    const tsi_side *e = &shell->elements[p];
+    for (int k = 0; k < e->function_start[e->n_elements]; k++) {
+      int root = find_root(parent, e->function[k]);
+      if (number[root] < 0)
+        number[root] = n++;
+    }
+  }
+  if (n > TSI_MAX_COUNT / 16)
+    return tsi_fail(context, TSOLID_ERROR_REFUSED, stage, "The boundary has too many functions");
+  draft->n_functions = n;
+  draft->points = tsi_arena_new(arena, (size_t)n, 4 * sizeof *draft->points);
+  if (!draft->points)
+    return tsi_no_memory(context, stage);
+  for (int i = 0; i < shell->n_control; i++)
+    if (number[i] >= 0)
+      memcpy(draft->points + 4 * (size_t)number[i], shell->control + 4 * (size_t)i,
+             4 * sizeof *draft->points);
+  for (int i = 0; i < shell->n_control; i++)
+    number[i] = number[find_root(parent, i)];
+  return TSOLID_OK;
+}
+
+/* ---- sides ------------------------------------------------------------------------------------
+ */
+
+typedef struct side_builder {
+  const tsi_shell *shell;
+  const int *number;
+  int *entry_of; /* per function: entry on the element, 1 + entry */
+  int side, n_elements, n_entries;
+} side_builder;
+
+static tsolid_status allocate_side(tsolid_context *context, tsi_arena *arena,
+                                   const tsi_shell *shell, int number, tsi_side *side) {
+  double n_elements = 0.0, n_entries = 0.0;
+  for (int p = shell->first[number]; p < shell->first[number + 1]; p++) {
+    const tsi_side *e = &shell->elements[p];
+    side->degree[0] = e->degree[0];
+    side->degree[1] = e->degree[1];
+    n_elements += e->n_elements;
+    n_entries += e->function_start[e->n_elements];
+  }
+  size_t width = (size_t)(side->degree[0] + 1) * (size_t)(side->degree[1] + 1);
   if (n_entries * (double)width > TSI_MAX_COUNT || n_elements > TSI_MAX_COUNT / 16)
     return tsi_fail(context, TSOLID_ERROR_REFUSED, stage, "Side %d is too large", number);
-  side->degree[0] = s->degree;
-  side->degree[1] = t->degree;
   side->n_elements = (int)n_elements;
   side->grid[0] = shell->n_strips[tsi_side_s(number)];
   side->grid[1] = shell->n_strips[tsi_side_t(number)];
@@ -239,39 +239,76 @@ static tsolid_status build_side(tsolid_context *context, tsi_arena *arena, const
   side->coefficient = tsi_arena_new(arena, (size_t)n_entries * width, sizeof *side->coefficient);
   if (!side->box || !side->function_start || !side->function || !side->coefficient)
     return tsi_no_memory(context, stage);
-  int e = 0, entry = 0;
-  for (int j = 0; j < t->n_elements; j++)
-    for (int i = 0; i < s->n_elements; i++, e++) {
-      double box[4] = {s->value[i], s->value[i + 1], t->value[j], t->value[j + 1]};
-      memcpy(side->box + 4 * e, box, sizeof box);
-      fill_element(number, basis, i, j, side->function + entry,
-                   side->coefficient + (size_t)entry * width);
-      entry += s->count[i] * t->count[j];
-      side->function_start[e + 1] = entry;
+  return TSOLID_OK;
+}
+
+/* The functions of one element; entries of one function add up. */
+static void add_entries(side_builder *b, const tsi_side *from, int element, tsi_side *to) {
+  size_t width = (size_t)(to->degree[0] + 1) * (size_t)(to->degree[1] + 1);
+  int first = b->n_entries;
+  for (int k = from->function_start[element]; k < from->function_start[element + 1]; k++) {
+    const double *own = from->coefficient + (size_t)k * width;
+    int f = b->number[from->function[k]], seen = b->entry_of[f];
+    double *target = to->coefficient + (size_t)(seen ? seen - 1 : b->n_entries) * width;
+    if (!seen) {
+      to->function[b->n_entries++] = f;
+      b->entry_of[f] = b->n_entries;
+      memcpy(target, own, width * sizeof *own);
     }
+    for (size_t i = 0; seen && i < width; i++)
+      target[i] += own[i];
+  }
+  for (int k = first; k < b->n_entries; k++)
+    b->entry_of[to->function[k]] = 0;
+}
+
+static tsolid_status add_patch(tsolid_context *context, side_builder *b, int p, tsi_side *to) {
+  const tsi_side *from = &b->shell->elements[p];
+  int s = tsi_side_s(b->side), t = tsi_side_t(b->side), at = p - b->shell->first[b->side];
+  const double *line[2] = {b->shell->line[s] + at % b->shell->n_strips[s],
+                           b->shell->line[t] + at / b->shell->n_strips[s]};
+  for (int e = 0; e < from->n_elements; e++) {
+    double *box = to->box + 4 * (size_t)b->n_elements;
+    for (int k = 0; k < 4; k++) {
+      const double *l = line[k / 2];
+      double x = from->box[4 * (size_t)e + (size_t)k];
+      box[k] = x == 1.0 ? l[1] : 1.0 - (1.0 - (l[0] + x * (l[1] - l[0])));
+    } /* see tsi_knots_normalise */
+    if (!(box[0] < box[1]) || !(box[2] < box[3]))
+      return tsi_fail(context, TSOLID_ERROR_REFUSED, stage,
+                      "The knots of a face lie too close together to be told apart");
+    add_entries(b, from, e, to);
+    to->function_start[++b->n_elements] = b->n_entries;
+  }
   return TSOLID_OK;
 }
 
 tsolid_status tsi_shell_draft(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                               tsi_draft *draft) {
-  axis_basis basis[3];
-  tsolid_status status = place_strips(context, arena, shell);
-  for (int axis = 0; !status && axis < 3; axis++)
-    status = build_axis(context, arena, shell, axis, &basis[axis]);
-  if (status)
-    return status;
-  size_t n_lattice[3];
-  for (int a = 0; a < 3; a++)
-    n_lattice[a] = (size_t)basis[a].n_functions;
-  double n = tsi_lattice_count(n_lattice);
-  if (n > TSI_MAX_COUNT / 16)
-    return tsi_fail(context, TSOLID_ERROR_REFUSED, stage, "The boundary has too many functions");
-  draft->n_functions = (int)n;
-  draft->points = tsi_arena_new(arena, (size_t)n, 4 * sizeof *draft->points);
-  if (!draft->points)
+  int n_seams;
+  tsi_seam *list = tsi_seams_list(arena, shell, &n_seams);
+  int *parent = tsi_arena_new(arena, (size_t)shell->n_control, sizeof *parent);
+  int *number = tsi_arena_new(arena, (size_t)shell->n_control, sizeof *number);
+  int *entry_of = tsi_arena_new(arena, (size_t)shell->n_control, sizeof *entry_of);
+  if (!list || !parent || !number || !entry_of)
     return tsi_no_memory(context, stage);
-  collect_points(shell, basis, draft);
-  for (int side = 0; !status && side < 6; side++)
-    status = build_side(context, arena, shell, basis, side, &draft->side[side]);
+  for (int i = 0; i < shell->n_control; i++)
+    parent[i] = i;
+  tsolid_status status = place_strips(context, arena, shell);
+  if (!status)
+    status = build_elements(context, arena, shell);
+  for (int i = 0; !status && i < n_seams; i++) {
+    tsi_row row[2] = {tsi_seam_row(shell, &list[i], 0), tsi_seam_row(shell, &list[i], 1)};
+    for (int m = 0; row[0].n && m < row[1].n; m++)
+      join_functions(parent, row[0].at[m], row[1].at[m]);
+  }
+  if (!status)
+    status = number_functions(context, arena, shell, parent, number, draft);
+  for (int side = 0; !status && side < 6; side++) {
+    side_builder b = {shell, number, entry_of, side, 0, 0};
+    status = allocate_side(context, arena, shell, side, &draft->side[side]);
+    for (int p = shell->first[side]; !status && p < shell->first[side + 1]; p++)
+      status = add_patch(context, &b, p, &draft->side[side]);
+  }
   return status;
 }

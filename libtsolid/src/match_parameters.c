@@ -175,6 +175,8 @@ static tsolid_status compare_rows(tsolid_context *context, const tsi_shell *shel
   row_pair pair;
   double gap, at[3], tolerance = tsi_seam_tolerance(shell, s);
   *log_constant = 0.0;
+  if (!tsi_seam_has_rows(shell, s))
+    return TSOLID_OK;
   if (!make_pair(&own, shell, s, &pair)) {
     status = tsi_no_memory(context, stage);
     goto done;
@@ -244,6 +246,18 @@ static tsolid_status refuse_change(tsolid_context *context, const tsi_shell *she
                     tsi_name_patch(shell->facet[k].name, k, name), c);
 }
 
+static tsolid_status refuse_other(tsolid_context *context, const tsi_shell *shell, int p) {
+  char name[TSI_NAME_SIZE];
+  int k = shell->place[p]->facet;
+  tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
+  finding.entity = TSOLID_ENTITY_PATCH;
+  finding.index[0] = k;
+  return tsi_report(context, &finding,
+                    "%s runs along the edges of its neighbours with another parameter; only that "
+                    "of NURBS patches can be changed",
+                    tsi_name_patch(shell->facet[k].name, k, name));
+}
+
 static tsolid_status change_belts(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                                   tsi_ratios *ratios, tsolid_preparation *preparation) {
   int n = 2 * shell->first[6];
@@ -264,6 +278,8 @@ static tsolid_status change_belts(tsolid_context *context, tsi_arena *arena, tsi
       if (fabs(list[i].constant - chosen) <= same_constant)
         continue;
       double c = exp(list[i].constant - chosen);
+      if (!shell->patch[p].n[0])
+        return refuse_other(context, shell, p);
       if (!tsi_patch_reparametrise(&shell->patch[p], along, c))
         return refuse_change(context, shell, p, c);
       shell->moebius[p][along] = 1.0 / c;

@@ -47,7 +47,7 @@ static double *new_samples(tsi_arena *arena, const tsi_shell *shell, int n, cons
   for (int i = 0; i < n; i++)
     for (int k = 0; k < 2; k++) {
       tsi_row row = tsi_seam_row(shell, &list[i], k);
-      int count = tsi_row_samples(&row, NULL);
+      int count = row.n ? tsi_row_samples(&row, NULL) : 0;
       most = count > most ? count : most;
     }
   return tsi_arena_new(arena, (size_t)most, sizeof(double));
@@ -56,11 +56,11 @@ static double *new_samples(tsi_arena *arena, const tsi_shell *shell, int n, cons
 static void measure_ratio(const tsi_shell *shell, const tsi_seam *list, int i, double *sample,
                           seam_ratio *found) {
   tsi_row row[2] = {tsi_seam_row(shell, &list[i], 0), tsi_seam_row(shell, &list[i], 1)};
-  *found = (seam_ratio){.seam = i};
-  for (int k = 0; k < 3; k++)
+  *found = (seam_ratio){.seam = i, .ratio = {1.0, 1.0, 1.0}};
+  for (int k = 0; k < 3 && row[0].n && row[1].n; k++)
     found->ratio[k] = sample_ratio(row, 0.5 * k);
   found->spread = fabs(log(found->ratio[2] / found->ratio[0]));
-  for (int k = 0; k < 2; k++) {
+  for (int k = 0; k < 2 && row[0].n && row[1].n; k++) {
     int n = tsi_row_samples(&row[k], sample);
     for (int m = 0; m < n; m++)
       found->varies |=
@@ -267,17 +267,23 @@ static tsolid_status check_range(tsolid_context *context, const tsi_shell *shell
   return TSOLID_OK;
 }
 
-/* Multiplies patch p, and keeps of all factors of the side the one that is farthest from one. */
+/* Keeps of all factors of a side the one that is farthest from one. */
+static void record_factor(const tsi_shell *shell, int p, double factor,
+                          tsolid_preparation *preparation) {
+  int side = 0;
+  while (p >= shell->first[side + 1])
+    side++;
+  if (fabs(log(factor)) > fabs(log(preparation->weight_factor[side])))
+    preparation->weight_factor[side] = factor;
+}
+
 static tsolid_status multiply_patch(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                                     int p, const double corner[4],
                                     tsolid_preparation *preparation) {
   tsi_patch *patch = &shell->patch[p];
-  int n_raised = 0, side = 0;
-  while (p >= shell->first[side + 1])
-    side++;
+  int n_raised = 0;
   for (int k = 0; k < 4; k++)
-    if (fabs(log(corner[k])) > fabs(log(preparation->weight_factor[side])))
-      preparation->weight_factor[side] = corner[k];
+    record_factor(shell, p, corner[k], preparation);
   if (corner[0] == corner[1] && corner[0] == corner[2] && corner[0] == corner[3]) {
     if (corner[0] == 1.0)
       return TSOLID_OK;
@@ -336,6 +342,11 @@ tsolid_status tsi_shell_multiply_weights(tsolid_context *context, tsi_arena *are
     measure_ratio(shell, list, i, sample, &ratio[i]);
     varies |= ratio[i].varies;
   }
+  for (int p = 0; varies && p < shell->first[6]; p++)
+    if (!shell->patch[p].n[0])
+      return refuse_patch(context, shell, p,
+                          "somewhere round the part they differ by a factor that varies, and only "
+                          "NURBS patches can be multiplied by one");
   return varies ? multiply_varying(context, arena, shell, n, list, ratio, sample, preparation)
                 : TSOLID_OK;
 }
@@ -347,8 +358,13 @@ static double weight_ratio(const tsi_shell *shell, const tsi_seam *s, int m) {
   return tsi_seam_point(shell, s, 0, m)[3] / tsi_seam_point(shell, s, 1, m)[3];
 }
 
+/* Sides that are not rows must agree as they are: the functions of both are compared later. */
+static int count_weights(const tsi_shell *shell, const tsi_seam *s) {
+  return tsi_seam_has_rows(shell, s) ? tsi_seam_count(shell, s, 0) : 0;
+}
+
 static int weights_agree(const tsi_shell *shell, const tsi_seam *s) {
-  for (int m = 0; m < tsi_seam_count(shell, s, 0); m++)
+  for (int m = 0; m < count_weights(shell, s); m++)
     if (!(fabs(weight_ratio(shell, s, m) - 1.0) <= weight_agreement))
       return 0;
   return 1;
@@ -378,7 +394,7 @@ static tsolid_status check_factors(tsolid_context *context, const tsi_shell *she
                                    const tsi_seam *s, const double *factor) {
   double wanted = factor[s->row[1].patch] / factor[s->row[0].patch], worst = 0.0;
   int at = 0;
-  for (int m = 0; m < tsi_seam_count(shell, s, 0); m++) {
+  for (int m = 0; m < count_weights(shell, s); m++) {
     double off = fabs(weight_ratio(shell, s, m) / wanted - 1.0);
     if (!(off <= worst)) {
       worst = off;
@@ -400,6 +416,38 @@ static tsolid_status check_factors(tsolid_context *context, const tsi_shell *she
                     name[0], name[1], weight_ratio(shell, s, at), wanted);
 }
 
+/* Every control point times the factor of its patch; those of several patches must have one. */
+static tsolid_status apply_factors(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
+                                   const double *factor, tsolid_preparation *preparation) {
+  double *own = tsi_arena_new(arena, (size_t)shell->n_control, sizeof *own);
+  if (!own)
+    return tsi_no_memory(context, stage);
+  for (int p = 0; p < shell->first[6]; p++) {
+    const tsi_tspline *tspline = &shell->tspline[p];
+    const tsi_side *elements = &shell->elements[p];
+    int n = tspline->n ? tspline->n : elements->function_start[elements->n_elements];
+    record_factor(shell, p, factor[p], preparation);
+    for (int i = 0; i < n; i++) {
+      int row = tspline->n ? tspline->blend[i].point : elements->function[i];
+      if (own[row] > 0.0 && !(fabs(own[row] / factor[p] - 1.0) <= weight_agreement))
+        return refuse_patch(context, shell, p, "but it shares functions with one of them");
+      if (!(own[row] > 0.0))
+        own[row] = factor[p];
+    }
+  }
+  for (int i = 0; i < shell->n_control; i++) {
+    double *h = shell->control + 4 * (size_t)i;
+    if (!(own[i] > 0.0) || own[i] == 1.0)
+      continue;
+    for (int c = 0; c < 4; c++)
+      h[c] *= own[i];
+    if (!(h[3] <= largest_weight) || !(h[3] >= 1.0 / largest_weight))
+      return tsi_fail(context, TSOLID_ERROR_REFUSED, stage,
+                      "Weights become too large or too small when they are made to fit");
+  }
+  return TSOLID_OK;
+}
+
 tsolid_status tsi_shell_match_weights(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                                       tsolid_preparation *preparation) {
   int n, agree = 1;
@@ -415,9 +463,5 @@ tsolid_status tsi_shell_match_weights(tsolid_context *context, tsi_arena *arena,
   tsolid_status status = TSOLID_OK;
   for (int i = 0; !status && i < n; i++)
     status = check_factors(context, shell, &list[i], factor);
-  for (int p = 0; !status && p < shell->first[6]; p++) {
-    double corner[4] = {factor[p], factor[p], factor[p], factor[p]};
-    status = multiply_patch(context, arena, shell, p, corner, preparation);
-  }
-  return status;
+  return status ? status : apply_factors(context, arena, shell, factor, preparation);
 }

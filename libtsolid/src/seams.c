@@ -9,8 +9,8 @@ static const tsi_facet *facet_of(const tsi_shell *shell, int p) {
 /* ---- the list ----------------------------------------------------------------------------------
  */
 
-/* The patch's own border under a row: see tsolid_placement for the order of flip and swap. */
-static int natural_border(const tsi_shell *shell, const tsi_seam *s, int which) {
+/* See tsolid_placement for the order of flip and swap. */
+int tsi_seam_border(const tsi_shell *shell, const tsi_seam *s, int which) {
   const tsi_place *place = shell->place[s->row[which].patch];
   int along = place->swap ? 1 - s->row[which].along : s->row[which].along;
   int end = s->row[which].end ^ place->flip[1 - along];
@@ -62,23 +62,42 @@ tsi_seam *tsi_seams_list(tsi_arena *arena, const tsi_shell *shell, int *n) {
  */
 
 tsi_row tsi_seam_row(const tsi_shell *shell, const tsi_seam *s, int which) {
-  const tsi_patch *patch = &shell->patch[s->row[which].patch];
-  int along = s->row[which].along, n[2] = {patch->n[0], patch->n[1]};
-  size_t fixed = s->row[which].end ? (size_t)n[1 - along] - 1 : 0;
+  int p = s->row[which].patch, along = s->row[which].along, end = s->row[which].end;
+  const tsi_tspline *tspline = &shell->tspline[p];
+  const tsi_patch *patch = &shell->patch[p];
+  if (tspline->n) {
+    const tsi_tspline_row *row = &tspline->row[along][end];
+    return (tsi_row){.degree = tspline->degree[along],
+                     .n = row->n,
+                     .knots = row->knots,
+                     .point = shell->control,
+                     .at = row->point};
+  }
+  if (!patch->n[0])
+    return (tsi_row){.n = 0};
+  size_t n0 = (size_t)patch->n[0], fixed = end ? (size_t)patch->n[1 - along] - 1 : 0;
   return (tsi_row){.degree = patch->degree[along],
-                   .n = n[along],
+                   .n = patch->n[along],
                    .knots = patch->knots[along],
-                   .point = patch->control + 4 * fixed * (along ? 1 : (size_t)n[0]),
-                   .step = along ? 4 * (size_t)n[0] : 4};
+                   .point = patch->control + 4 * fixed * (along ? 1 : n0),
+                   .step = along ? 4 * n0 : 4};
+}
+
+double *tsi_row_point(const tsi_row *row, int m) {
+  return row->point + (row->at ? 4 * (size_t)row->at[m] : row->step * (size_t)m);
+}
+
+int tsi_seam_has_rows(const tsi_shell *shell, const tsi_seam *s) {
+  return tsi_seam_row(shell, s, 0).n && tsi_seam_row(shell, s, 1).n;
 }
 
 double *tsi_seam_point(const tsi_shell *shell, const tsi_seam *s, int which, int m) {
   tsi_row row = tsi_seam_row(shell, s, which);
-  return row.point + row.step * (size_t)m;
+  return tsi_row_point(&row, m);
 }
 
 int tsi_seam_count(const tsi_shell *shell, const tsi_seam *s, int which) {
-  return shell->patch[s->row[which].patch].n[s->row[which].along];
+  return tsi_seam_row(shell, s, which).n;
 }
 
 int tsi_seam_corner(const tsi_seam *s, int which, int high) {
@@ -94,7 +113,7 @@ void tsi_row_evaluate(const tsi_row *row, double t, double point[4], double *der
   if (derivative)
     memset(derivative, 0, 4 * sizeof *derivative);
   for (int i = 0; i <= row->degree; i++) {
-    const double *at = row->point + (size_t)(first + i) * row->step;
+    const double *at = tsi_row_point(row, first + i);
     for (int c = 0; c < 4; c++) {
       point[c] += value[i] * at[c];
       if (derivative)
@@ -136,7 +155,7 @@ double tsi_seam_distance(const double a[4], const double b[4]) {
 double tsi_seam_tolerance(const tsi_shell *shell, const tsi_seam *s) {
   double tolerance = 0.0;
   for (int k = 0; k < 2; k++) {
-    double own = facet_of(shell, s->row[k].patch)->tolerance[natural_border(shell, s, k)];
+    double own = facet_of(shell, s->row[k].patch)->tolerance[tsi_seam_border(shell, s, k)];
     tolerance = own > tolerance ? own : tolerance;
   }
   return tolerance;
@@ -145,7 +164,7 @@ double tsi_seam_tolerance(const tsi_shell *shell, const tsi_seam *s) {
 void tsi_seam_name(const tsi_shell *shell, const tsi_seam *s, char text[2][TSI_BORDER_NAME_SIZE],
                    tsolid_finding *finding) {
   for (int k = 0; k < 2; k++) {
-    int p = s->row[k].patch, b = natural_border(shell, s, k);
+    int p = s->row[k].patch, b = tsi_seam_border(shell, s, k);
     tsi_name_border(facet_of(shell, p), shell->place[p]->facet, b, text[k]);
     if (k == 0) {
       finding->entity = TSOLID_ENTITY_BORDER;

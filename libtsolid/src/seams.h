@@ -17,26 +17,33 @@ typedef struct tsi_seam {
 
 /* All 2 n_patches seams: isolines first, then inside the sides. NULL: no memory. */
 tsi_seam *tsi_seams_list(tsi_arena *arena, const tsi_shell *shell, int *n);
+/* Whether both sides are curves of their own (tsi_tspline_row); seams that are not have no control
+ * points to count. */
+int tsi_seam_has_rows(const tsi_shell *shell, const tsi_seam *s);
 /* Control point m of a row, and the number of them. */
 double *tsi_seam_point(const tsi_shell *shell, const tsi_seam *s, int which, int m);
 int tsi_seam_count(const tsi_shell *shell, const tsi_seam *s, int which);
 /* Corner of the patch, bit 0: u high, bit 1: v high, at the low or high end of a row. */
 int tsi_seam_corner(const tsi_seam *s, int which, int high);
+/* The patch's own border under a row: v low, u high, v high, u low. */
+int tsi_seam_border(const tsi_shell *shell, const tsi_seam *s, int which);
 /* The larger of both sides' tolerances. */
 double tsi_seam_tolerance(const tsi_shell *shell, const tsi_seam *s);
 /* "Edge7 of Face3" of both sides; the first becomes the entity of the finding. */
 void tsi_seam_name(const tsi_shell *shell, const tsi_seam *s, char text[2][TSI_BORDER_NAME_SIZE],
                    tsolid_finding *finding);
 
-/* A row as a rational curve of its own. */
+/* A row as a rational curve of its own; n = 0: there is none. */
 typedef struct tsi_row {
   int degree, n;
   const double *knots;
   double *point;
-  size_t step; /* doubles from one control point to the next */
+  size_t step;   /* doubles from one control point to the next, */
+  const int *at; /* or, unless NULL, rows of `point` */
 } tsi_row;
 
 tsi_row tsi_seam_row(const tsi_shell *shell, const tsi_seam *s, int which);
+double *tsi_row_point(const tsi_row *row, int m);
 /* Homogeneous point, and its derivative unless NULL. */
 void tsi_row_evaluate(const tsi_row *row, double t, double point[4], double *derivative);
 /* Parameters 0..1 that tell rational curves of this degree and these spans apart. Returns how many;

@@ -2,8 +2,10 @@
  * Patches in canonical position made to fit: belts, snapping.
  *
  * A *strip* is the interval of an axis that one patch covers; the *belt* of a strip is the closed
- * band of patches, on the four sides that carry the axis, that must share degree and knots along
- * it. Everything is visited in canonical order. */
+ * band of patches, on the four sides that carry the axis, that must share the degree along it (the
+ * function at the end of a border changes with the degree, and it belongs to the border across
+ * too). Knots are a matter of each seam alone: see refine_rows.c. Everything is visited in
+ * canonical order. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -44,19 +46,27 @@ static int list_belt(const tsi_shell *shell, int axis, int strip, belt *b) {
   return b->n;
 }
 
-static int n_knots_of(const tsi_patch *patch, int along) {
-  return patch->n[along] + patch->degree[along] + 1;
+/* The knots of a patch along a direction, whatever their order; none of Bezier elements. */
+static double *knots_of(const tsi_shell *shell, int p, int along, int *n) {
+  const tsi_patch *patch = &shell->patch[p];
+  const tsi_tspline *tspline = &shell->tspline[p];
+  *n = patch->n[0] ? patch->n[along] + patch->degree[along] + 1 : tspline->n_knots[along];
+  return patch->n[0] ? patch->knots[along] : tspline->knots[along];
+}
+
+static int degree_of(const tsi_shell *shell, int p, int along) {
+  return shell->patch[p].n[0] ? shell->patch[p].degree[along] : shell->tspline[p].degree[along];
 }
 
 static int belt_agrees(const tsi_shell *shell, const belt *b) {
-  const tsi_patch *first = &shell->patch[b->patch[0]];
-  int a0 = b->along[0];
-  for (int k = 1; k < b->n; k++) {
-    const tsi_patch *patch = &shell->patch[b->patch[k]];
+  int n_first, n;
+  const double *first = knots_of(shell, b->patch[0], b->along[0], &n_first);
+  for (int k = 0; k < b->n; k++) {
     int a = b->along[k];
-    if (patch->degree[a] != first->degree[a0] || patch->n[a] != first->n[a0] ||
-        memcmp(patch->knots[a], first->knots[a0], (size_t)n_knots_of(patch, a) * sizeof(double)) !=
-            0)
+    const double *knots = knots_of(shell, b->patch[k], a, &n);
+    if (!shell->patch[b->patch[k]].n[0] ||
+        degree_of(shell, b->patch[k], a) != degree_of(shell, b->patch[0], b->along[0]) ||
+        n != n_first || memcmp(knots, first, (size_t)n * sizeof *knots) != 0)
       return 0;
   }
   return 1;
@@ -72,31 +82,32 @@ static int compare_doubles(const void *a, const void *b) {
 static tsolid_status merge_knots(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                                  const belt *b, tsolid_preparation *preparation) {
   size_t n = 0, count = 0;
-  for (int k = 0; k < b->n; k++)
-    n += (size_t)n_knots_of(&shell->patch[b->patch[k]], b->along[k]);
-  double *all = tsi_arena_new(arena, n, sizeof *all);
-  if (!all)
+  int n_knots;
+  for (int k = 0; k < b->n; k++) {
+    knots_of(shell, b->patch[k], b->along[k], &n_knots);
+    n += (size_t)n_knots;
+  }
+  double *all = tsi_arena_new(arena, n, sizeof *all), *least = tsi_arena_new(arena, n, sizeof *all);
+  if (!all || !least)
     return tsi_no_memory(context, stage);
   for (int k = 0; k < b->n; k++) {
-    const tsi_patch *patch = &shell->patch[b->patch[k]];
-    int a = b->along[k];
-    memcpy(all + count, patch->knots[a], (size_t)n_knots_of(patch, a) * sizeof *all);
-    count += (size_t)n_knots_of(patch, a);
+    const double *knots = knots_of(shell, b->patch[k], b->along[k], &n_knots);
+    if (n_knots)
+      memcpy(all + count, knots, (size_t)n_knots * sizeof *all);
+    count += (size_t)n_knots;
   }
+  if (!n)
+    return TSOLID_OK;
   qsort(all, n, sizeof *all, compare_doubles);
+  for (size_t i = 0; i < n; i++) /* where the chain of all[i] begins */
+    least[i] = i && all[i] - all[i - 1] <= knot_resolution ? least[i - 1] : all[i];
   for (int k = 0; k < b->n; k++) {
-    tsi_patch *patch = &shell->patch[b->patch[k]];
-    int a = b->along[k], n_knots = n_knots_of(patch, a);
-    size_t at = 0, least = 0; /* all[least] begins the chain of all[at] */
+    double *knots = knots_of(shell, b->patch[k], b->along[k], &n_knots);
     for (int i = 0; i < n_knots; i++) {
-      double x = patch->knots[a][i];
-      while (all[at] < x) {
-        at++;
-        if (all[at] - all[at - 1] > knot_resolution)
-          least = at;
-      }
-      preparation->knot_merge = max_of(preparation->knot_merge, x - all[least]);
-      patch->knots[a][i] = all[least];
+      const double *at = bsearch(&knots[i], all, n, sizeof *all, compare_doubles);
+      double to = at ? least[at - all] : knots[i];
+      preparation->knot_merge = max_of(preparation->knot_merge, knots[i] - to);
+      knots[i] = to;
     }
   }
   return TSOLID_OK;
@@ -107,37 +118,6 @@ static int count_equal(int n, const double *knots, int i) {
   while (i + count < n && knots[i + count] == knots[i])
     count++;
   return count;
-}
-
-/* Least common refinement: the distinct knots of all patches, each as often as the patch needs it
- * most once its degree is `degree`. Returns the number of knots; `to` has room for them. */
-static int unite_knots(const tsi_shell *shell, const belt *b, int degree, int capacity, double *to,
-                       int *cursor) {
-  int n_to = 0;
-  memset(cursor, 0, (size_t)b->n * sizeof *cursor);
-  for (;;) {
-    double x = INFINITY;
-    int multiplicity = 0;
-    for (int k = 0; k < b->n; k++) {
-      const tsi_patch *patch = &shell->patch[b->patch[k]];
-      if (cursor[k] < n_knots_of(patch, b->along[k]))
-        x = fmin(x, patch->knots[b->along[k]][cursor[k]]);
-    }
-    if (isinf(x))
-      return n_to;
-    for (int k = 0; k < b->n; k++) {
-      const tsi_patch *patch = &shell->patch[b->patch[k]];
-      int a = b->along[k], n = n_knots_of(patch, a);
-      if (cursor[k] >= n || patch->knots[a][cursor[k]] != x)
-        continue;
-      int own = count_equal(n, patch->knots[a], cursor[k]);
-      cursor[k] += own;
-      own += degree - patch->degree[a];
-      multiplicity = own > multiplicity ? own : multiplicity;
-    }
-    for (int m = 0; m < multiplicity && n_to < capacity; m++)
-      to[n_to++] = x;
-  }
 }
 
 /* Halves every span `times` times. Returns the number of knots. */
@@ -167,25 +147,39 @@ static tsolid_status refuse_belt(tsolid_context *context, const tsi_shell *shell
                     tsi_name_patch(shell->facet[k].name, k, name), why);
 }
 
-/* Refines every patch of the belt to the knots `to` at `degree`, and counts what that took: of
- * the knots only the first n_united, before spans were halved. */
-static tsolid_status refine_belt(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
-                                 const belt *b, int degree, int belt_degree, int n_united, int n_to,
-                                 const double *to, tsolid_preparation *preparation) {
-  for (int k = 0; k < b->n; k++) {
-    tsi_patch *patch = &shell->patch[b->patch[k]];
-    int a = b->along[k], raise = degree - patch->degree[a], n_knots = n_knots_of(patch, a);
-    if ((double)patch->n[1 - a] * n_to > TSI_MAX_COUNT / 16)
-      return refuse_belt(context, shell, b, "they need too many control points together");
-    int n_distinct = 0;
-    for (int i = 0; i < n_knots; i += count_equal(n_knots, patch->knots[a], i))
-      n_distinct++;
-    preparation->n_knots_inserted += n_united - (n_knots + raise * n_distinct);
-    preparation->n_degrees_raised += patch->degree[a] < belt_degree;
-    if (!tsi_patch_refine(arena, patch, a, raise, n_to - degree - 1, to))
-      return tsi_no_memory(context, stage);
+/* Raises a patch to `degree` and halves its spans. */
+static tsolid_status refine_patch(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
+                                  const belt *b, int k, int degree, int times) {
+  tsi_patch *patch = &shell->patch[b->patch[k]];
+  int a = b->along[k], raise = degree - patch->degree[a], n_knots, n_to = 0;
+  const double *knots = knots_of(shell, b->patch[k], a, &n_knots);
+  double room = (double)n_knots * (raise + 1) * (1 << times);
+  if (room * patch->n[1 - a] > TSI_MAX_COUNT / 16)
+    return refuse_belt(context, shell, b, "they need too many control points");
+  double *to = tsi_arena_new(arena, (size_t)room, sizeof *to);
+  double *work = tsi_arena_new(arena, (size_t)room, sizeof *work);
+  if (!to || !work)
+    return tsi_no_memory(context, stage);
+  for (int i = 0, same; i < n_knots; i += same) {
+    same = count_equal(n_knots, knots, i);
+    for (int m = 0; m < same + raise; m++)
+      to[n_to++] = knots[i];
   }
+  n_to = halve_spans(n_to, to, times, work);
+  if (!tsi_patch_refine(arena, patch, a, raise, n_to - degree - 1, to))
+    return tsi_no_memory(context, stage);
   return TSOLID_OK;
+}
+
+/* Knots that were merged may stand too often now. */
+static int is_torn(const tsi_shell *shell, int p, int along) {
+  const tsi_patch *patch = &shell->patch[p];
+  const double *knots = patch->knots[along];
+  int degree = patch->degree[along], n = patch->n[along];
+  for (int i = degree + 1; i < n; i++)
+    if (knots[i] == knots[i + degree] || knots[i] == 0.0 || knots[i] == 1.0)
+      return 1;
+  return 0;
 }
 
 static tsolid_status unify_belt(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
@@ -198,34 +192,28 @@ static tsolid_status unify_belt(tsolid_context *context, tsi_arena *arena, tsi_s
   if (status)
     return status;
   for (int k = 0; k < b->n; k++) {
-    int d = shell->patch[b->patch[k]].degree[b->along[k]];
+    int d = degree_of(shell, b->patch[k], b->along[k]);
     belt_degree = d > belt_degree ? d : belt_degree;
   }
   int degree = belt_degree + options->raise_degree;
   if (degree > TSI_MAX_DEGREE)
     return refuse_belt(context, shell, b, "the degree would rise above 25");
-  double room = 1.0;
-  for (int k = 0; k < b->n; k++) {
-    const tsi_patch *patch = &shell->patch[b->patch[k]];
-    int a = b->along[k];
-    room += (double)n_knots_of(patch, a) * (degree + 1 - patch->degree[a]);
-  }
-  room *= (double)(1 << options->refine_knots);
-  if (room > TSI_MAX_COUNT / 16)
-    return refuse_belt(context, shell, b, "they need too many knots together");
-  double *to = tsi_arena_new(arena, (size_t)room, sizeof *to);
-  double *work = tsi_arena_new(arena, (size_t)room, sizeof *work);
-  int *cursor = tsi_arena_new(arena, (size_t)b->n, sizeof *cursor);
-  if (!to || !work || !cursor)
-    return tsi_no_memory(context, stage);
-  int n_united = unite_knots(shell, b, degree, (int)room, to, cursor);
-  for (int i = degree + 1; i < n_united - degree - 1; i++)
-    if (count_equal(n_united, to, i) > degree)
+  for (int k = 0; !status && k < b->n; k++) {
+    int p = b->patch[k], a = b->along[k];
+    if (shell->tspline[p].n && degree_of(shell, p, a) != degree)
+      return refuse_belt(context, shell, b,
+                         "their degrees differ, and that of a T-spline patch cannot be raised");
+    if (shell->tspline[p].n && !tsi_tspline_find_rows(arena, &shell->tspline[p]))
+      return tsi_no_memory(context, stage); /* of the merged knots */
+    if (!shell->patch[p].n[0])
+      continue;
+    if (is_torn(shell, p, a))
       return refuse_belt(context, shell, b,
                          "knots closer than 1e-11 of the range would tear the surface as one");
-  int n_to = halve_spans(n_united, to, options->refine_knots, work);
-  return refine_belt(context, arena, shell, b, degree, belt_degree, n_united, n_to, to,
-                     preparation);
+    preparation->n_degrees_raised += degree_of(shell, p, a) < belt_degree;
+    status = refine_patch(context, arena, shell, b, k, degree, options->refine_knots);
+  }
+  return status;
 }
 
 tsolid_status tsi_shell_unify(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
@@ -270,8 +258,8 @@ static tsolid_status refuse_gap(tsolid_context *context, const tsi_shell *shell,
 static tsolid_status check_gaps(tsolid_context *context, const tsi_shell *shell,
                                 const tsi_seam *s) {
   double worst = -1.0;
-  int at = 0;
-  for (int m = 0; m < tsi_seam_count(shell, s, 0); m++) {
+  int at = 0, n = tsi_seam_has_rows(shell, s) ? tsi_seam_count(shell, s, 0) : 0;
+  for (int m = 0; m < n; m++) {
     double distance =
         tsi_seam_distance(tsi_seam_point(shell, s, 0, m), tsi_seam_point(shell, s, 1, m));
     if (distance > worst) {
@@ -312,17 +300,15 @@ static void record_move(const tsi_seam *s, double moved, tsolid_preparation *pre
   *slot = max_of(*slot, moved);
 }
 
-/* Corner control points of all patches before snapping: 4 per patch, rows of 4. */
-static double *copy_corners(tsi_arena *arena, const tsi_shell *shell) {
-  double *corner = tsi_arena_new(arena, 16 * (size_t)shell->first[6], sizeof *corner);
-  for (int p = 0; corner && p < shell->first[6]; p++) {
-    const tsi_patch *patch = &shell->patch[p];
-    for (int k = 0; k < 4; k++) {
-      size_t i = k & 1 ? (size_t)patch->n[0] - 1 : 0, j = k & 2 ? (size_t)patch->n[1] - 1 : 0;
-      memcpy(corner + 16 * p + 4 * k, patch->control + 4 * (i + (size_t)patch->n[0] * j),
+/* The control points at both ends of both rows of every seam: 4 per seam, rows of 4. */
+static double *copy_corners(tsi_arena *arena, const tsi_shell *shell, int n, const tsi_seam *list) {
+  double *corner = tsi_arena_new(arena, 16 * (size_t)n, sizeof *corner);
+  for (int i = 0; corner && i < n; i++)
+    for (int k = 0; k < 4 && tsi_seam_has_rows(shell, &list[i]); k++) {
+      int m = k >> 1 ? tsi_seam_count(shell, &list[i], k & 1) - 1 : 0;
+      memcpy(corner + 16 * i + 4 * k, tsi_seam_point(shell, &list[i], k & 1, m),
              4 * sizeof *corner);
     }
-  }
   return corner;
 }
 
@@ -330,8 +316,8 @@ tsolid_status tsi_shell_snap(tsolid_context *context, tsi_arena *arena, tsi_shel
                              tsolid_preparation *preparation) {
   int n;
   tsi_seam *list = tsi_seams_list(arena, shell, &n);
-  double *corner = copy_corners(arena, shell);
-  if (!list || !corner)
+  double *corner = list ? copy_corners(arena, shell, n, list) : NULL;
+  if (!corner)
     return tsi_no_memory(context, stage);
   tsolid_status status = TSOLID_OK;
   int n_gaps = 0;
@@ -343,26 +329,25 @@ tsolid_status tsi_shell_snap(tsolid_context *context, tsi_arena *arena, tsi_shel
   if (status)
     return status;
   for (int i = 0; i < n; i++) {
+    if (!tsi_seam_has_rows(shell, &list[i]))
+      continue;
     double moved = snap_points(shell, &list[i], 1, tsi_seam_count(shell, &list[i], 0) - 1);
     record_move(&list[i], moved, preparation);
   }
   for (int changed = 1; changed;) { /* the least candidate goes round each vertex */
     changed = 0;
     for (int i = 0; i < n; i++)
-      for (int k = 0; k < 2; k++) {
+      for (int k = 0; k < 2 && tsi_seam_has_rows(shell, &list[i]); k++) {
         int m = k ? tsi_seam_count(shell, &list[i], 0) - 1 : 0;
         changed |= compare_rows(shell, &list[i], m, m + 1) != 0;
         snap_points(shell, &list[i], m, m + 1);
       }
   }
   for (int i = 0; i < n; i++)
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < 4 && tsi_seam_has_rows(shell, &list[i]); k++) {
       const tsi_seam *s = &list[i];
-      int which = k & 1, high = k >> 1, at = tsi_seam_corner(s, which, high);
-      int m = high ? tsi_seam_count(shell, s, 0) - 1 : 0;
-      record_move(s,
-                  tsi_seam_distance(corner + 16 * s->row[which].patch + 4 * at,
-                                    tsi_seam_point(shell, s, which, m)),
+      int m = k >> 1 ? tsi_seam_count(shell, s, 0) - 1 : 0;
+      record_move(s, tsi_seam_distance(corner + 16 * i + 4 * k, tsi_seam_point(shell, s, k & 1, m)),
                   preparation);
     }
   return TSOLID_OK;
