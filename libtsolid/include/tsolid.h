@@ -225,10 +225,11 @@ typedef struct tsolid_bezier_boundary {
   tsolid_bezier_side side[6];
 } tsolid_bezier_boundary;
 
-typedef struct tsolid_boundary_input { /* one of the two */
+typedef struct tsolid_boundary_input { /* one of the three */
   int n_patches;
   const tsolid_patch *patches;
   const tsolid_bezier_boundary *bezier;
+  const tsolid_surface *surface; /* closed; is cut into six sides along isolines */
 } tsolid_boundary_input;
 
 typedef struct tsolid_boundary_options { /* all zero = default */

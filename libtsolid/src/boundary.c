@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "boundary.h"
+#include "surface.h"
 
 static const char stage[] = "boundary";
 
@@ -445,10 +446,21 @@ static tsolid_status create_from_bezier(tsolid_context *context, tsi_arena *aren
                                         tsolid_requirement *requirement,
                                         tsolid_boundary **boundary) {
   tsi_draft draft = {.points = NULL};
-  tsolid_status status =
-      tsi_draft_from_bezier(context, arena, input->bezier, tolerance, requirement, &draft);
+  tsolid_bezier_boundary cut;
+  tsolid_requirement of_sides = {.genus = -1};
+  const tsolid_bezier_boundary *bezier = input->surface ? &cut : input->bezier;
+  tsolid_status status = TSOLID_OK;
+  if (input->surface)
+    status = tsi_surface_to_sides(context, arena, input->surface, requirement, &cut);
+  if (!status)
+    status = tsi_draft_from_bezier(context, arena, bezier, tolerance,
+                                   input->surface ? &of_sides : requirement, &draft);
   if (!status)
     status = finish_draft(context, arena, &draft, boundary);
+  if (!status && input->surface) { /* the counts stay those of the surface */
+    requirement->satisfied = 1;
+    memcpy(requirement->side_grid, of_sides.side_grid, sizeof of_sides.side_grid);
+  }
   for (int i = 0; !status && i < 6; i++)
     (*boundary)->preparation.weight_factor[i] = 1.0;
   return status;
@@ -456,9 +468,9 @@ static tsolid_status create_from_bezier(tsolid_context *context, tsi_arena *aren
 
 static tsolid_status check_arguments(tsolid_context *context, const tsolid_boundary_input *input,
                                      const tsolid_boundary_options *options) {
-  if (!input || (input->bezier != NULL) == (input->patches != NULL))
+  if (!input || (input->bezier != NULL) + (input->patches != NULL) + (input->surface != NULL) != 1)
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
-                    "The input must be patches or Bezier sides, one of the two");
+                    "The input must be patches, Bezier sides or a surface, one of the three");
   if (input->patches && (input->n_patches < 1 || input->n_patches > TSI_MAX_COUNT / 64))
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage, "There are %d patches",
                     input->n_patches);
@@ -471,7 +483,7 @@ static tsolid_status check_arguments(tsolid_context *context, const tsolid_bound
   if (options->raise_degree < 0 || options->raise_degree >= TSI_MAX_DEGREE)
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage, "raise_degree is %d, not one of 0 to %d",
                     options->raise_degree, TSI_MAX_DEGREE - 1);
-  if (input->bezier && (options->refine_knots || options->raise_degree))
+  if (!input->patches && (options->refine_knots || options->raise_degree))
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
                     "Only NURBS patches can be refined, not Bezier elements");
   return TSOLID_OK;
@@ -498,9 +510,9 @@ tsolid_status tsolid_boundary_create(tsolid_context *context, const tsolid_bound
   status = tsi_progress(context, stage, 0.0);
   if (status)
     goto done;
-  found.n_patches = input->bezier ? 6 : input->n_patches;
+  found.n_patches = input->bezier ? 6 : input->surface ? 0 : input->n_patches;
   double tolerance = options->tolerance > 0.0 ? options->tolerance : default_tolerance;
-  if (input->bezier)
+  if (!input->patches)
     status = create_from_bezier(context, &arena, input, tolerance, &found, &made);
   else
     status = create_from_patches(context, &arena, input, options, tolerance, &found, &made);

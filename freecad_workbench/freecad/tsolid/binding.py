@@ -336,7 +336,7 @@ class _PatchInput:
         self.structs = (header.PatchStruct * max(1, len(patches)))()
         for struct, patch in zip(self.structs, patches):
             patch.fill(struct, self.keep)
-        self.input = header.BoundaryInput(len(patches), self.structs, None)
+        self.input = header.BoundaryInput(len(patches), self.structs, None, None)
 
 
 def write_tsb(context, patches, path):

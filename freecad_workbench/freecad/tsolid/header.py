@@ -164,6 +164,7 @@ class BoundaryInput(ctypes.Structure):
         ("n_patches", c_int),
         ("patches", POINTER(PatchStruct)),
         ("bezier", POINTER(BezierBoundary)),
+        ("surface", c_void_p),
     ]
 
 
