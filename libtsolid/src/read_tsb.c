@@ -4,17 +4,12 @@
  * business. */
 #include <limits.h>
 
+#include "boundary_file.h"
 #include "file_io.h"
 #include "json_reader.h"
 
 static const char stage[] = "read";
 static const size_t max_file_size = (size_t)1 << 30;
-
-struct tsolid_boundary_file {
-  tsi_allocator allocator;
-  tsi_arena arena; /* everything that `input` points to */
-  tsolid_boundary_input input;
-};
 
 /* ---- growing lists -----------------------------------------------------------------------------
  */
@@ -530,13 +525,11 @@ tsolid_status tsolid_read_tsb(tsolid_context *context, const char *path,
   status = tsi_file_read(context, stage, path, max_file_size, &text, &size);
   if (status != TSOLID_OK)
     goto done;
-  f = tsi_new(&context->allocator, 1, sizeof *f);
+  f = tsi_boundary_file_new(context);
   if (!f) {
     status = tsi_no_memory(context, stage);
     goto done;
   }
-  f->allocator = context->allocator;
-  f->arena.allocator = &f->allocator;
   tsi_json_start(&r.json, context, stage, path, text, size);
   r.arena = &f->arena;
   read_document(&r, &f->input);
@@ -550,6 +543,15 @@ done:
   tsi_delete(&context->allocator, text);
   tsolid_boundary_file_free(f);
   return status;
+}
+
+tsolid_boundary_file *tsi_boundary_file_new(tsolid_context *context) {
+  tsolid_boundary_file *file = tsi_new(&context->allocator, 1, sizeof *file);
+  if (!file)
+    return NULL;
+  file->allocator = context->allocator;
+  file->arena.allocator = &file->allocator;
+  return file;
 }
 
 const tsolid_boundary_input *tsolid_boundary_file_input(const tsolid_boundary_file *file) {
