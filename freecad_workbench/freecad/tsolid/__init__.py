@@ -15,6 +15,8 @@ _API = {
     "CheckResult": "api",
     "BuildResult": "api",
     "create": "document",
+    "hex_mesh": "fem",
+    "mesh_with_hex_blocks": "fem",
 }
 
 __all__ = sorted(_API)

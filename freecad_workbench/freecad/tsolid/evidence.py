@@ -91,6 +91,7 @@ def exactness(context, sources, boundary, solid):
             {
                 "face": source.name,
                 "side": placement.side,
+                "box": list(placement.box),
                 "kind": source.kind,
                 "samples": N_SAMPLES,
                 "distance": worst,

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Hex blocks in FreeCAD's documents and FEM workbench; runs inside FreeCADCmd (test_fem.py)."""
+
+import os
+import sys
+import tempfile
+import unittest
+
+import binding_parts
+import FreeCAD
+import Part
+from FreeCAD import Vector
+
+from freecad.tsolid import api, document, fem
+
+LENGTH, HEIGHT, WIDTH, FORCE = 100.0, 10.0, 8.0, 500.0
+E_MODULE, POISSON = 210e3, 0.3
+
+
+def solid_in_document(shape, **options):
+    doc = FreeCAD.newDocument()
+    source = doc.addObject("Part::Feature", "Source")
+    source.Shape = shape
+    solid = document.create(source)
+    document.set_options(solid, api.Options(**options))
+    result = document.rebuild(solid)
+    return doc, source, solid, result
+
+
+class HexBlocks(unittest.TestCase):
+    def setUp(self):
+        self.addCleanup(lambda: [FreeCAD.closeDocument(n) for n in list(FreeCAD.listDocuments())])
+
+    def test_groups_are_the_faces(self):
+        """FreeCAD's own search of the nodes on a face finds those of the group, and no others."""
+        shape = Part.makeBox(LENGTH, WIDTH, HEIGHT)
+        doc, source, solid, result = solid_in_document(shape)
+        for order in (1, 2):
+            mesh = fem.mesh_with_hex_blocks(solid, size=4.0, order=order)
+            groups = {mesh.FemMesh.getGroupName(g): g for g in mesh.FemMesh.Groups}
+            for k, face in enumerate(shape.Faces):
+                name = "Face%d" % (k + 1)
+                found = mesh.FemMesh.getNodesByFace(face)
+                inside = mesh.FemMesh.getGroupElements(groups[name + "_nodes"])
+                self.assertEqual(sorted(found), sorted(inside), name)
+                self.assertGreater(len(found), 3)
+                self.assertGreater(len(mesh.FemMesh.getGroupElements(groups[name])), 0)
+            self.assertEqual(mesh.FemMesh.HexaCount, mesh.FemMesh.VolumeCount)
+
+    def test_several_faces_on_a_side(self):
+        patches = binding_parts.read_example("grid24")
+        result = api.build(api.Part.of_patches(patches))
+        mesh = fem.hex_mesh(result, size=8.0)
+        self.assertEqual(len(mesh.regions), 24)
+        self.assertTrue(all(len(faces) for faces in mesh.regions.values()))
+        names = {row["face"] for row in result.report["exactness"]}
+        self.assertEqual(set(mesh.regions), names)
+
+    def test_out_of_date_and_meshed_anew(self):
+        doc, source, solid, result = solid_in_document(Part.makeBox(3, 4, 5), effort="none")
+        mesh = fem.mesh_with_hex_blocks(solid, size=1.0)
+        self.assertTrue(fem.is_hex_blocks(mesh) and not fem.is_hex_blocks(solid))
+        self.assertFalse(fem.is_out_of_date(mesh))
+        source.Shape = Part.makeBox(3, 4, 6)
+        document.rebuild(solid)
+        self.assertTrue(fem.is_out_of_date(mesh))
+        before = mesh.FemMesh.NodeCount
+        fem.remesh(mesh)
+        self.assertFalse(fem.is_out_of_date(mesh))
+        self.assertGreater(mesh.FemMesh.NodeCount, before)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "mesh.FCStd")
+            doc.saveAs(path)
+            count, name = mesh.FemMesh.NodeCount, mesh.Name
+            FreeCAD.closeDocument(doc.Name)
+            again = FreeCAD.openDocument(path).getObject(name)
+            self.assertEqual(again.FemMesh.NodeCount, count)
+            self.assertFalse(fem.is_out_of_date(again))
+
+    def test_nothing_to_mesh(self):
+        doc = FreeCAD.newDocument()
+        with self.assertRaises(ValueError):
+            fem.hex_mesh(document.create(document=doc))
+
+    def test_cantilever_through_the_fem_workbench(self):
+        import ObjectsFem
+        from femtools import ccxtools
+
+        doc, source, solid, result = solid_in_document(Part.makeBox(LENGTH, WIDTH, HEIGHT))
+        at = {}
+        for k, face in enumerate(source.Shape.Faces):
+            if face.BoundBox.XLength < 1e-9:
+                at["fixed" if face.CenterOfMass.x < 1 else "loaded"] = "Face%d" % (k + 1)
+        analysis = ObjectsFem.makeAnalysis(doc, "Analysis")
+        solver = ObjectsFem.makeSolverCalculixCcxTools(doc, "Solver")
+        solver.GeometricalNonlinearity, solver.MatrixSolverType = "linear", "default"
+        material = ObjectsFem.makeMaterialSolid(doc, "Material")
+        values = material.Material
+        values.update(
+            {"Name": "Steel", "YoungsModulus": "%g MPa" % E_MODULE, "PoissonRatio": str(POISSON)}
+        )
+        material.Material = values
+        fixed = ObjectsFem.makeConstraintFixed(doc, "Fixed")
+        fixed.References = [(source, at["fixed"])]
+        force = ObjectsFem.makeConstraintForce(doc, "Force")
+        force.References = [(source, at["loaded"])]
+        force.Force = FORCE
+        vertical = [e for e in source.Shape.Edges if e.BoundBox.ZLength > 1][0]
+        number = [k for k, e in enumerate(source.Shape.Edges) if e.isSame(vertical)][0] + 1
+        force.Direction = (source, ["Edge%d" % number])
+        for obj in (solver, material, fixed, force):
+            analysis.addObject(obj)
+        fem.mesh_with_hex_blocks(solid, size=5.0, order=2, analysis=analysis)
+        doc.recompute()
+        with tempfile.TemporaryDirectory() as folder:
+            run = ccxtools.FemToolsCcx(analysis, solver, test_mode=False)
+            run.update_objects()
+            run.setup_working_dir(folder)
+            run.setup_ccx()
+            self.assertEqual(run.check_prerequisites(), "")
+            run.purge_results()
+            run.write_inp_file()
+            run.ccx_run()
+            run.load_results()
+        results = [o for o in analysis.Group if o.isDerivedFrom("Fem::FemResultObject")]
+        self.assertEqual(len(results), 1)
+        moved = max(v.Length for v in results[0].DisplacementVectors)
+        inertia = WIDTH * HEIGHT**3 / 12
+        shear = E_MODULE / (2 * (1 + POISSON))
+        beam = FORCE * LENGTH**3 / (3 * E_MODULE * inertia)
+        beam += FORCE * LENGTH / (5.0 / 6.0 * shear * WIDTH * HEIGHT)
+        print("moved %.6g, beam theory %.6g" % (moved, beam))
+        self.assertLess(abs(moved / beam - 1), 0.02)
+        self.assertIsInstance(results[0].DisplacementVectors[0], Vector)
+
+
+if __name__ == "__main__":
+    code = binding_parts.run(sys.modules[__name__])
+    sys.stdout.flush()
+    os._exit(binding_parts.EXIT_BASE + code)
