@@ -462,6 +462,7 @@ FUNCTIONS = {
     "tsolid_context_clear": (None, [_handle]),
     "tsolid_release": (None, [_handle, c_void_p]),
     "tsolid_read_tsm": (c_int, [_handle, c_char_p, _handle_out]),
+    "tsolid_read_iga": (c_int, [_handle, c_char_p, _handle_out]),
     "tsolid_write_tsm": (c_int, [_handle, _handle, c_char_p]),
     "tsolid_surface_free": (None, [_handle]),
     "tsolid_surface_get": (None, [_handle, POINTER(SurfaceView)]),
