@@ -3,10 +3,11 @@
  * the functions sum to one, none tears, and the rank is full. */
 #include <stdlib.h>
 
-#include "axis_tree.h"
 #include "check.h"
 #include "conform.h"
 #include "cube_part.h"
+#include "octree.h"
+#include "octree_rules.h"
 
 static double random_unit(void) {
   static uint64_t state = 1987;
@@ -21,89 +22,6 @@ static tsolid_boundary *boundary_of(tsolid_context *context, const cube_axis axi
   CHECK(tsolid_boundary_create(context, &input, NULL, NULL, &boundary) == TSOLID_OK);
   cube_part_free(&part);
   return boundary;
-}
-
-/* ---- the octree's rules
- * ------------------------------------------------------------------------------ */
-
-/* T-junctions of a side strictly inside the open box (in s and t); a degenerate interval means "on
- * this line". Corners of elements, each position once. */
-static int slow_count(const tsi_side *side, double s0, double s1, double t0, double t1) {
-  int n = 0;
-  for (int e = 0; e < side->n_elements; e++) /* the low corner of every element, and the ends */
-    for (int corner = 0; corner < 4; corner++) {
-      const double *box = side->box + 4 * e;
-      double s = box[corner & 1], t = box[2 + (corner >> 1)];
-      int inside =
-              (s0 == s1 ? s == s0 : s0 < s && s < s1) && (t0 == t1 ? t == t0 : t0 < t && t < t1),
-          seen = 0;
-      for (int k = 0; inside && k < e && !seen; k++)
-        for (int c = 0; c < 4; c++)
-          seen |= side->box[4 * k + (c & 1)] == s && side->box[4 * k + 2 + (c >> 1)] == t;
-      n += inside && !seen;
-    }
-  return n;
-}
-
-static void check_rule(const tsolid_tmesh *tmesh, const tsolid_boundary *boundary) {
-  int broken = 0;
-  for (int b = 0; b < tmesh->n_boxes; b++)
-    for (int side = 0; side < 6; side++) {
-      const int *box = tmesh->box + 6 * b;
-      int axis = side / 2, s = tsi_side_s(side), t = tsi_side_t(side);
-      if (side & 1 ? box[axis + 3] != tmesh->n_lines[axis] - 1 : box[axis] != 0)
-        continue;
-      double s0 = tmesh->line[s][box[s]], s1 = tmesh->line[s][box[s + 3]];
-      double t0 = tmesh->line[t][box[t]], t1 = tmesh->line[t][box[t + 3]];
-      const tsi_side *sd = &boundary->side[side];
-      broken += slow_count(sd, s0, s1, t0, t1) > 1 || slow_count(sd, s0, s0, t0, t1) > 1 ||
-                slow_count(sd, s1, s1, t0, t1) > 1 || slow_count(sd, s0, s1, t0, t0) > 1 ||
-                slow_count(sd, s0, s1, t1, t1) > 1;
-    }
-  CHECK(broken == 0);
-}
-
-/* Level of an interval in its axis tree; -1: not a node of the tree. */
-static int level_of(const tsi_axis_tree *tree, double low, double high) {
-  for (int i = 0; i < tree->n_nodes; i++)
-    if (tree->value[tree->node[i].first] == low && tree->value[tree->node[i].last] == high)
-      return tree->node[i].level;
-  return -1;
-}
-
-static int touch(const int *p, const int *q) {
-  for (int a = 0; a < 3; a++)
-    if (p[a] > q[a + 3] || q[a] > p[a + 3])
-      return 0;
-  return 1;
-}
-
-static void check_balance(tsolid_context *context, const tsolid_tmesh *t,
-                          const tsolid_boundary *boundary, int min_cells) {
-  tsi_arena arena = tsi_arena_create(context);
-  int broken = 0, *level = malloc(3 * (size_t)t->n_boxes * sizeof *level);
-  int *leaf = malloc(3 * (size_t)t->n_boxes * sizeof *leaf);
-  for (int a = 0; a < 3; a++) {
-    tsi_axis_tree tree;
-    CHECK(tsi_axis_tree_create(boundary, a, min_cells, &arena, &tree));
-    for (int b = 0; b < t->n_boxes; b++) {
-      double low = t->line[a][t->box[6 * b + a]], high = t->line[a][t->box[6 * b + a + 3]];
-      level[3 * b + a] = level_of(&tree, low, high);
-      leaf[3 * b + a] = 1; /* of the tree: it cannot be split */
-      for (int i = 0; i < tree.n_values; i++)
-        leaf[3 * b + a] &= !(low < tree.value[i] && tree.value[i] < high);
-      broken += level[3 * b + a] < 0;
-    }
-  }
-  CHECK(broken == 0);
-  for (int b = 0; b < t->n_boxes; b++)
-    for (int c = 0; c < t->n_boxes; c++)
-      for (int a = 0; a < 3 && touch(t->box + 6 * b, t->box + 6 * c); a++)
-        broken += level[3 * c + a] - level[3 * b + a] > 1 && !leaf[3 * b + a];
-  CHECK(broken == 0);
-  free(level);
-  free(leaf);
-  tsi_arena_free(&arena);
 }
 
 /* ---- what the closure promises
@@ -150,6 +68,214 @@ static void test_octree(tsolid_context *context) {
       tsolid_tmesh_free(tmesh);
       tsolid_boundary_free(boundary);
     }
+}
+
+/* ---- the paper's octree
+ * ------------------------------------------------------------------------------ */
+
+/* Where the paper splits an interval: at the T-junction value nearest the middle (the lower of
+ * two), or there. */
+static double split_place(int n, const double *value, double low, double high) {
+  double middle = 0.5 * (low + high), best = middle, distance = 1.0;
+  for (int i = 0; i < n; i++)
+    if (low < value[i] && value[i] < high &&
+        (fabs(value[i] - middle) < distance ||
+         (fabs(value[i] - middle) == distance && value[i] < best))) {
+      distance = fabs(value[i] - middle);
+      best = value[i];
+    }
+  return best;
+}
+
+typedef struct slow_tree {
+  int n_values[3], n_leaves, together;
+  double value[3][64];
+  struct slow_leaf {
+    double lo[3], hi[3];
+    int level;
+  } leaf[8192];
+  tsi_junctions side[6];
+} slow_tree;
+
+static int slow_touch(const slow_tree *t, int i, int j) {
+  for (int a = 0; a < 3; a++)
+    if (t->leaf[i].lo[a] > t->leaf[j].hi[a] || t->leaf[j].lo[a] > t->leaf[i].hi[a])
+      return 0;
+  return 1;
+}
+
+/* T-junctions of distinct places in the box of a side; degenerate intervals: on the line. */
+static int slow_inside(const tsi_junctions *list, double s0, double s1, double t0, double t1) {
+  int n = 0;
+  for (int i = 0; i < list->n; i++) {
+    double s = list->at[2 * i], t = list->at[2 * i + 1];
+    int inside = (s0 == s1 ? s == s0 : s0 < s && s < s1) && (t0 == t1 ? t == t0 : t0 < t && t < t1);
+    for (int k = 0; k < i && inside; k++)
+      inside = list->at[2 * k] != s || list->at[2 * k + 1] != t;
+    n += inside;
+  }
+  return n;
+}
+
+static int slow_breaks(const slow_tree *t, int leaf) {
+  const struct slow_leaf *l = &t->leaf[leaf];
+  for (int side = 0; side < 6; side++) {
+    const tsi_junctions *list = &t->side[side];
+    int s = tsi_side_s(side), v = tsi_side_t(side);
+    if (side & 1 ? l->hi[side / 2] != 1.0 : l->lo[side / 2] != 0.0)
+      continue;
+    for (int k = 0; k < 9; k++) { /* the open face, its four edges (corners are never two) */
+      double s0 = k % 3 == 2 ? l->hi[s] : l->lo[s], s1 = k % 3 == 1 ? s0 : l->hi[s];
+      double t0 = k / 3 == 2 ? l->hi[v] : l->lo[v], t1 = k / 3 == 1 ? t0 : l->hi[v];
+      if (slow_inside(list, s0, s1, t0, t1) > 1)
+        return 1;
+    }
+  }
+  return 0;
+}
+
+/* Splits one leaf; the axes that are not split together stay whole. */
+static void slow_split(slow_tree *t, int leaf) {
+  struct slow_leaf whole = t->leaf[leaf];
+  double at[3];
+  for (int a = 0; a < 3; a++)
+    at[a] = split_place(t->n_values[a], t->value[a], whole.lo[a], whole.hi[a]);
+  int made = 0;
+  for (int k = 0; k < 8; k++) {
+    struct slow_leaf part = whole;
+    if (k & ~t->together)
+      continue;
+    for (int a = 0; a < 3; a++)
+      if (t->together >> a & 1) {
+        part.lo[a] = k >> a & 1 ? at[a] : whole.lo[a];
+        part.hi[a] = k >> a & 1 ? whole.hi[a] : at[a];
+      }
+    part.level++;
+    t->leaf[made++ == 0 ? leaf : t->n_leaves++] = part;
+  }
+}
+
+/* The definition, without thought: as long as something is wrong, split it. */
+static void grow_slowly(slow_tree *t, int min_cells) {
+  t->n_leaves = 1;
+  t->leaf[0] = (struct slow_leaf){{0, 0, 0}, {1, 1, 1}, 0};
+  for (int changed = 1; changed;) {
+    changed = 0;
+    for (int i = 0; i < t->n_leaves; i++) {
+      int wrong = slow_breaks(t, i);
+      for (int a = 0; a < 3; a++)
+        wrong |= t->together >> a & 1 && (t->leaf[i].hi[a] - t->leaf[i].lo[a]) * min_cells > 1.01;
+      for (int j = 0; j < t->n_leaves && !wrong; j++)
+        wrong = t->leaf[j].level - t->leaf[i].level > 1 && slow_touch(t, i, j);
+      if (wrong)
+        slow_split(t, i);
+      changed |= wrong;
+    }
+  }
+}
+
+static int find_leaf(const slow_tree *t, const tsi_octree *tree, int box) {
+  for (int i = 0; i < t->n_leaves; i++) {
+    int same = 1;
+    for (int a = 0; a < 3; a++)
+      same &= t->leaf[i].lo[a] == tree->line[a][tree->box[6 * box + a]] &&
+              t->leaf[i].hi[a] == tree->line[a][tree->box[6 * box + a + 3]];
+    if (same)
+      return i;
+  }
+  return -1;
+}
+
+/* The octree and its slow twin have the same leaves. */
+static int check_twin(tsolid_context *context, slow_tree *t, int min_cells) {
+  tsi_arena arena = tsi_arena_create(context);
+  tsi_octree_input input = {.min_cells = min_cells, .together = t->together};
+  tsi_octree tree;
+  memcpy(input.side, t->side, sizeof t->side);
+  int n = 0, missing = 0;
+  grow_slowly(t, min_cells);
+  if (CHECK(tsi_octree_create(context, &input, &arena, &tree) == TSOLID_OK)) {
+    n = tree.n_boxes;
+    CHECK(n == t->n_leaves);
+    for (int b = 0; b < n; b++)
+      missing += find_leaf(t, &tree, b) < 0;
+    CHECK(missing == 0);
+  }
+  tsi_arena_free(&arena);
+  return n;
+}
+
+/* Values of an axis, from a list per side, as they stand there. */
+static void take_values(slow_tree *t) {
+  for (int a = 0; a < 3; a++)
+    for (int side = 0; side < 6; side++)
+      for (int i = 0; i < t->side[side].n && side / 2 != a; i++) {
+        double x = t->side[side].at[2 * i + (tsi_side_s(side) == a ? 0 : 1)];
+        int known = x == 0.0 || x == 1.0;
+        for (int k = 0; k < t->n_values[a] && !known; k++)
+          known = t->value[a][k] == x;
+        if (!known)
+          t->value[a][t->n_values[a]++] = x;
+      }
+}
+
+/* Figure 2 of the paper in spirit: a closed curve of four sides with 20 control points, four of
+ * them corners; the square inside is subdivided until every boundary cell has one T-junction at
+ * most. The third axis is there, but never split. */
+static void test_figure_2(tsolid_context *context) {
+  static const double at[4][8] = {{0.13, 0, 0.29, 0, 0.47, 0, 0.83, 0},
+                                  {0.17, 0, 0.41, 0, 0.53, 0, 0.88, 0},
+                                  {0.21, 0, 0.38, 0, 0.62, 0, 0.71, 0},
+                                  {0.06, 0, 0.25, 0, 0.44, 0, 0.76, 0}};
+  static slow_tree t;
+  t = (slow_tree){.together = 3};
+  for (int side = 0; side < 4; side++)
+    t.side[side] = (tsi_junctions){4, at[side]};
+  take_values(&t);
+  int n = check_twin(context, &t, 1), n_boundary = 0, worst = 0;
+  for (int i = 0; i < t.n_leaves; i++)
+    for (int side = 0; side < 4; side++) {
+      const struct slow_leaf *l = &t.leaf[i];
+      int along = 1 - side / 2;
+      if (side & 1 ? l->hi[side / 2] != 1.0 : l->lo[side / 2] != 0.0)
+        continue;
+      int inside = slow_inside(&t.side[side], l->lo[along], l->hi[along], 0.0, 0.0);
+      worst = inside > worst ? inside : worst;
+      n_boundary++;
+    }
+  CHECK(worst == 1 && n_boundary >= 12);
+  CHECK(n % 3 == 1); /* every split of a quadtree adds three cells */
+}
+
+static void test_isotropic(tsolid_context *context) {
+  static double at[6][2 * 25];
+  static slow_tree t;
+  for (int trial = 0; trial < 6; trial++) {
+    t = (slow_tree){.together = 7};
+    for (int side = 0; side < 6; side++) {
+      int n = 1 + (int)(4.0 * random_unit());
+      for (int i = 0; i < n; i++) /* well apart: values too close would be taken together */
+        for (int d = 0; d < 2; d++)
+          at[side][2 * i + d] = (1 + (int)(15.0 * random_unit())) / 16.0;
+      t.side[side] = (tsi_junctions){n, at[side]};
+    }
+    take_values(&t);
+    CHECK(check_twin(context, &t, 1 + trial % 3) % 7 == 1);
+  }
+}
+
+/* The whole way: the paper's octree under a boundary, closed. */
+static void test_isotropic_basis(tsolid_context *context) {
+  static const cube_axis axis[3] = {{2, 12, 1}, {2, 5, 1}, {3, 2, 1}};
+  static const tsolid_tmesh_options options = {.isotropic = 1};
+  tsolid_boundary *boundary = boundary_of(context, axis);
+  tsolid_tmesh *tmesh;
+  CHECK(tsolid_tmesh_create(context, boundary, &options, &tmesh) == TSOLID_OK);
+  CHECK(tmesh->n_boxes % 7 == 1);
+  check_rule(tmesh, boundary);
+  check_basis(context, boundary, tmesh);
+  tsolid_tmesh_free(tmesh);
+  tsolid_boundary_free(boundary);
 }
 
 /* ---- closure on random octrees
@@ -272,6 +398,9 @@ int main(void) {
   if (!CHECK(tsolid_context_create(NULL, &context) == TSOLID_OK))
     return check_done();
   test_octree(context);
+  test_figure_2(context);
+  test_isotropic(context);
+  test_isotropic_basis(context);
   test_random_octrees(context);
   test_wild_boxes(context);
   tsolid_context_free(context);

@@ -359,8 +359,8 @@ static tsolid_status plant(octree *o) {
     for (int side = 0; side < 6 && value; side++)
       for (int i = 0; i < o->input->side[side].n && tsi_side_axis(side) != a; i++)
         value[n++] = o->input->side[side].at[2 * (size_t)i + (tsi_side_s(side) == a ? 0 : 1)];
-    if (!value ||
-        !tsi_axis_tree_from_values((int)n, value, o->input->min_cells, o->arena, &o->axis[a]))
+    int least = o->input->together >> a & 1 ? 1 : o->input->min_cells; /* else by middles */
+    if (!value || !tsi_axis_tree_from_values((int)n, value, least, o->arena, &o->axis[a]))
       return tsi_no_memory(o->context, STAGE);
   }
   return make_grid(o);
