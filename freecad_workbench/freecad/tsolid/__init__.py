@@ -5,12 +5,19 @@
     result = ts.check(shape)      # can it become a solid, and where not?
     result = ts.build(shape)      # build it, prove it, measure it
 
-Only these need FreeCAD; header, library and binding do not.
+The functions, one per button, with an example each: actions.py. Only these need FreeCAD; header,
+library and binding do not.
 """
 
 _API = {
-    "check": "api",
-    "build": "api",
+    "check": "actions",
+    "build": "actions",
+    "rebuild": "actions",
+    "report": "actions",
+    "look_inside": "actions",
+    "export": "actions",
+    "example_names": "actions",
+    "open_example": "actions",
     "Options": "api",
     "CheckResult": "api",
     "BuildResult": "api",

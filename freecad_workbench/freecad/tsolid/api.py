@@ -68,7 +68,8 @@ class Options:
         return {name: getattr(self, name) for name in names}
 
 
-def _options(options, keywords):
+def options_from(options, keywords):
+    """The Options object given, or one made of keywords."""
     if options is not None and keywords:
         raise TypeError("give an Options object or keywords, not both")
     return options if options is not None else Options(**keywords)
@@ -138,6 +139,8 @@ _VERDICTS = {Severity.ERROR: "refused", Severity.WARNING: "warning", Severity.NO
 
 class CheckResult:
     """Can the part become a solid, and where not?"""
+
+    shape = None  # the shape that was checked, where one was given as a document object
 
     def __init__(self, name, findings, requirement, part=None, boundary=None):
         self.name = name
@@ -269,7 +272,7 @@ def write_beside(path, write):
 
 def check(given, options=None, progress=None, **keywords):
     """Can the part become a solid T-spline? progress(stage, fraction) may return true to cancel."""
-    options = _options(options, keywords)
+    options = options_from(options, keywords)
     context = binding.Context(progress, options.threads)
     return _check(CheckResult, given, options, context)
 
@@ -320,7 +323,7 @@ class _Clock:
 
 def build(given, options=None, progress=None, **keywords):
     """Builds, proves and measures; a result with findings when the part is refused."""
-    options = _options(options, keywords)
+    options = options_from(options, keywords)
     context = binding.Context(progress, options.threads)
     clock = _Clock()
     result = _check(BuildResult, given, options, context)
@@ -380,7 +383,7 @@ def verify(given, data, options=None, **keywords):
     The part's boundary is made anew, with the options of the build, only to learn where each face
     lies on the cube; every point of the solid comes from the bytes.
     """
-    options = _options(options, keywords)
+    options = options_from(options, keywords)
     context = binding.Context(threads=options.threads)
     part = Part.of(given)
     boundary = part.boundary(context, options)
@@ -412,6 +415,17 @@ def _report(context, result, options, measured, clock):
     result.findings += _evidence_findings(rows, volume)
     report["findings"] = [f.as_dict() for f in result.findings]
     report["verdict"] = _verdict(measured, rows, volume)
+    return report
+
+
+def report_of_solid(context, solid, name):
+    """The report of a solid of which no faces are known: no exactness, no CAD kernel's volume."""
+    measured = binding.Report.measure(context, solid)
+    measured.set_times(peak_memory_mib=_peak_memory())
+    report = measured.facts()
+    report.update(part=name, options={}, exactness=[], volume=None)
+    report["findings"] = [f.as_dict() for f in context.findings()]
+    report["verdict"] = _verdict(measured, [], None)
     return report
 
 

@@ -13,9 +13,9 @@ import tempfile
 import FreeCAD
 import Part
 
-from . import api, binding
+from . import api, binding, fingerprint
 
-VERSION = 1  # of the object's properties; onDocumentRestored migrates older ones
+VERSION = 2  # of the object's properties; onDocumentRestored migrates older ones
 
 _PROPERTIES = (
     # type, name, group, description, read-only
@@ -26,10 +26,17 @@ _PROPERTIES = (
     ("App::PropertyEnumeration", "Effort", "Options", "How hard to smooth the elements", False),
     ("App::PropertyFloat", "Tolerance", "Options", "Of edges without their own; 0: 1e-7", False),
     ("App::PropertyString", "Verdict", "Result", "Is det J > 0 proved everywhere?", True),
+    ("App::PropertyEnumeration", "Status", "Result", "Does the solid belong to its source?", True),
+    ("App::PropertyString", "Reason", "Result", "Why the solid is out of date or failed", True),
     ("App::PropertyString", "Report", "Result", "The conformity report (JSON)", True),
     ("App::PropertyFileIncluded", "SolidFile", "Result", "The solid T-spline (.tsolid)", True),
+    ("App::PropertyFloatList", "SourceState", "Result", "What the source was like", True),
+    ("App::PropertyString", "BuiltOptions", "Result", "Options of the build (JSON)", True),
     ("App::PropertyInteger", "Version", "Result", "Version of this object's properties", True),
 )
+_HIDDEN = ("SourceState", "BuiltOptions", "Report")
+
+NOT_BUILT, CURRENT, OUTDATED, FAILED = STATUSES = ("not built", "built", "out of date", "failed")
 
 
 class SolidTSpline:
@@ -50,17 +57,31 @@ class SolidTSpline:
             obj.addProperty(kind, name, group, description)
             if name == "Effort":
                 obj.Effort = list(api.EFFORTS)
+            elif name == "Status":
+                obj.Status = list(STATUSES)
         for kind, name, group, description, read_only in _PROPERTIES:
             if read_only:
-                obj.setEditorMode(name, 1)
+                obj.setEditorMode(name, 2 if name in _HIDDEN else 1)
 
     def onDocumentRestored(self, obj):
         self.add_properties(obj)
         if obj.Version < VERSION:
-            obj.Version = VERSION
+            self.migrate(obj)
+        _add_view(obj)
+
+    def migrate(self, obj):
+        """What older versions did not store. Their source's state is not known, so the first
+        recompute after a change of it calls the solid out of date."""
+        if obj.Version < 2 and obj.SolidFile:
+            obj.Status = CURRENT
+            report = report_of(obj) or {}
+            obj.BuiltOptions = json.dumps(report.get("options", {}))
+        obj.Version = VERSION
 
     def execute(self, obj):
-        """Nothing: long work in a recompute would punish every edit."""
+        """Only looks whether the solid still belongs to its source and options: long work in a
+        recompute would punish every edit."""
+        refresh_status(obj)
 
     def onChanged(self, obj, name):
         pass
@@ -85,7 +106,16 @@ def create(source=None, document=None, name="SolidTSpline"):
     obj = document.addObject("Part::FeaturePython", name)
     SolidTSpline(obj)
     obj.Source = source
+    _add_view(obj)
     return obj
+
+
+def _add_view(obj):
+    """Where there is a window; objects made without one get theirs when they are restored."""
+    if getattr(FreeCAD, "GuiUp", False):
+        from . import view
+
+        view.add_to(obj)
 
 
 def options_of(obj, threads=0):
@@ -115,19 +145,124 @@ def rebuild(obj, progress=None, threads=0):
     return result
 
 
+class Prepared:
+    """What store() puts into an object, made ready in any thread."""
+
+    def __init__(self, result):
+        self.shape = result.shape.copy()
+        if not self.shape.isClosed() or not self.shape.isValid():
+            raise ValueError("the faces do not make a closed valid solid")
+        self.shape = Part.Shape(self.shape)
+        self.report = json.dumps(result.report, allow_nan=False)
+        self.verdict = result.verdict
+        self.options = json.dumps(result.options.as_dict())
+        self.tsolid = result.tsolid
+        self.state = getattr(result, "source_state", None)
+
+
+def prepare(result):
+    return Prepared(result)
+
+
 def store(obj, result):
-    """Puts a BuildResult into the object: shape, file, report and verdict."""
-    shape = result.shape.copy()
-    if not shape.isClosed() or not shape.isValid():
-        raise ValueError("the faces do not make a closed valid solid")
+    """Puts a BuildResult into the object: shape, file, report, verdict and status."""
+    ready = getattr(result, "prepared", None) or prepare(result)
+    if ready.state is None:
+        ready.state = state_of(obj.Source)
+    set_file(obj, ready.tsolid)
+    obj.Shape = ready.shape
+    obj.Report = ready.report
+    obj.Verdict = ready.verdict
+    obj.BuiltOptions = ready.options
+    obj.SourceState = ready.state
+    obj.Status, obj.Reason = CURRENT, ""
+    refresh_status(obj)  # the source may have changed meanwhile
+    _show(obj, getattr(ready, "look", None))
+    if not obj.Source or not obj.Source.State or "Touched" not in obj.Source.State:
+        obj.purgeTouched()
+
+
+def _show(obj, look):
+    proxy = getattr(getattr(obj, "ViewObject", None), "Proxy", None)
+    if look is not None and proxy is not None:
+        proxy.take(look)
+
+
+def set_file(obj, data):
+    """FreeCAD copies the file into the document."""
     with tempfile.TemporaryDirectory(prefix="tsolid-") as folder:
         path = os.path.join(folder, "solid.tsolid")
         with open(path, "wb") as stream:
-            stream.write(result.tsolid)
-        obj.SolidFile = path  # FreeCAD copies it into the document
-    obj.Shape = Part.Shape(shape)
-    obj.Report = json.dumps(result.report, allow_nan=False)
-    obj.Verdict = result.verdict
+            stream.write(data)
+        obj.SolidFile = path
+
+
+# ---- does the solid still belong to its source? --------------------------------------------------
+
+
+def state_of(source):
+    """The fingerprint of a source's shape; [] when there is none."""
+    return fingerprint.of_shape(getattr(source, "Shape", None))
+
+
+def why_outdated(obj):
+    """What has changed since the build, in words; "" when nothing has."""
+    if not obj.SolidFile:
+        return ""
+    if obj.BuiltOptions and json.loads(obj.BuiltOptions) != options_of(obj).as_dict():
+        return "the options have changed since"
+    if obj.Source is None:
+        return "the part that it was made of is gone" if obj.SourceState else ""
+    if not fingerprint.same(list(obj.SourceState), state_of(obj.Source)):
+        return "%s has changed since" % obj.Source.Label
+    return ""
+
+
+def refresh_status(obj):
+    """Marks the object as out of date, or as good again after an undo."""
+    if not obj.SolidFile:
+        return
+    reason = why_outdated(obj)
+    if reason:
+        _set_status(obj, OUTDATED, reason)
+    elif str(obj.Status) == OUTDATED:
+        _set_status(obj, CURRENT, "")
+
+
+def set_failed(obj, reason):
+    """Keeps what was built before, if anything, and why the last build failed."""
+    _set_status(obj, FAILED, reason)
+
+
+def _set_status(obj, status, reason):
+    if str(obj.Status) != status:
+        obj.Status = status
+    if obj.Reason != reason:
+        obj.Reason = reason
+
+
+def reason_of(result):
+    """Why a part was refused, in one line."""
+    errors = [f for f in result.findings if f.severity == binding.Severity.ERROR]
+    if not errors:
+        return "refused"
+    more = "" if len(errors) == 1 else " (and %d more)" % (len(errors) - 1)
+    return api.visible(str(errors[0])) + more
+
+
+def status_text(obj):
+    """The state of the object in one line, for the tree and the status bar."""
+    status = str(obj.Status)
+    if status == CURRENT:
+        return "proved valid" if obj.Verdict == "positive" else obj.Verdict or "not measured"
+    if status == OUTDATED:
+        return "out of date: %s; rebuild it" % obj.Reason
+    if status == FAILED:
+        return "failed: %s" % obj.Reason
+    return status
+
+
+# ---- what is stored ------------------------------------------------------------------------------
 
 
 def report_of(obj):
@@ -147,6 +282,18 @@ def solid_of(obj, context=None):
     """The solid T-spline as stored in the document; None before the first build."""
     data = tsolid_of(obj)
     return None if data is None else api.read_tsolid(context or binding.Context(), data)
+
+
+def measure(obj, progress=None):
+    """Measures a solid that came without a report, and stores that; gives the report."""
+    context = binding.Context(progress)
+    solid = solid_of(obj, context)
+    if solid is None:
+        raise ValueError("%s has not been built yet" % obj.Label)
+    report = api.report_of_solid(context, solid, obj.Label)
+    obj.Report = json.dumps(report, allow_nan=False)
+    obj.Verdict = report["verdict"]
+    return report
 
 
 def is_solid_tspline(obj):

@@ -58,7 +58,7 @@ class Elements:
         return height
 
 
-def _face_key(elements, height, element, axis, end):
+def face_key(elements, height, element, axis, end):
     """The same for the two faces that meet: also across a diagonal, where two arms' coordinates
     differ (see tsolid.h). Numbers are rounded only to compare them."""
     box = elements.box[element]
@@ -88,7 +88,7 @@ def visible_faces(elements, kept):
     faces = {}
     for element in np.flatnonzero(kept):
         for axis, end in itertools.product(range(3), range(2)):
-            key = _face_key(elements, height, element, axis, end)
+            key = face_key(elements, height, element, axis, end)
             faces.setdefault(key, []).append((element, axis, end))
     return [users[0] for users in faces.values() if len(users) == 1]
 
@@ -116,7 +116,7 @@ def octant(elements, corner):
 # ---- evaluation ----------------------------------------------------------------------------------
 
 
-def _bernstein(degree, x):
+def bernstein(degree, x):
     """Values and first derivatives, each [len(x), degree + 1]."""
     x = np.asarray(x, float)[:, None]
 
@@ -164,19 +164,19 @@ class Mesh:
         return self
 
 
-def _unit(vectors):
+def unit_vectors(vectors):
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(length > 0, length, 1)
 
 
-def _face_values(nets, axis, end, n):
+def face_values(nets, axis, end, n):
     """Points, normals and scaled Jacobians of one face of elements of the same degrees, on a grid
     [element, second parameter, first parameter]."""
     grid = np.linspace(0, 1, n + 1)
     basis = []
     for a in range(3):
         degree = nets.shape[3 - a] - 1
-        basis.append(_bernstein(degree, [float(end)] if a == axis else grid))
+        basis.append(bernstein(degree, [float(end)] if a == axis else grid))
 
     def combine(derived):
         b0, b1, b2 = (basis[a][1 if a == derived else 0] for a in range(3))
@@ -192,9 +192,9 @@ def _face_values(nets, axis, end, n):
         derivative = combine(a)
         tangent.append((derivative[..., :3] - point * derivative[..., 3:]) / weight)
     normal = np.cross(tangent[(axis + 1) % 3], tangent[(axis + 2) % 3])
-    unit = [_unit(t) for t in tangent]
+    unit = [unit_vectors(t) for t in tangent]
     jacobian = np.einsum("...i,...i->...", unit[0], np.cross(unit[1], unit[2]))
-    return point, _unit(normal) * (1 if end else -1), jacobian
+    return point, unit_vectors(normal) * (1 if end else -1), jacobian
 
 
 def tessellate(elements, kept, n=None):
@@ -216,7 +216,7 @@ def tessellate(elements, kept, n=None):
             is_arm = block == 1 + 2 * axis + end
             outside.append(is_arm and abs(elements.box[element, end, axis] - reach) < 1e-9)
         nets = np.stack([elements.net[element] for element in members])
-        mesh.add(*_face_values(nets, axis, end, n), ~np.array(outside))
+        mesh.add(*face_values(nets, axis, end, n), ~np.array(outside))
     return mesh.close()
 
 
@@ -227,8 +227,8 @@ class Camera:
     """A parallel view along `towards` (from the part to the eye), z up."""
 
     def __init__(self, towards):
-        self.eye = _unit(np.array(towards, float))
-        self.right = _unit(np.cross([0.0, 0.0, 1.0], self.eye))
+        self.eye = unit_vectors(np.array(towards, float))
+        self.right = unit_vectors(np.cross([0.0, 0.0, 1.0], self.eye))
         self.up = np.cross(self.eye, self.right)
         self.frame = np.stack([self.right, self.up, self.eye], 1)
         self.scale, self.shift = 1.0, np.zeros(2)
@@ -367,9 +367,9 @@ def render(mesh, camera, width, height, colour_of, line_width=1.1):
     def interpolate(values):
         return np.einsum("ni,ni...->n...", weight, values[mesh.triangle[index]])
 
-    normal = _unit(interpolate(mesh.normal)) @ camera.frame
+    normal = unit_vectors(interpolate(mesh.normal)) @ camera.frame
     normal *= np.where(normal[:, 2:] < 0, -1, 1)
-    key_light = _unit(np.array([-0.35, 0.65, 0.70]))
+    key_light = unit_vectors(np.array([-0.35, 0.65, 0.70]))
     light = 0.60 + 0.18 * normal[:, 2] + 0.24 * np.clip(normal @ key_light, 0, 1)
     colour = colour_of(interpolate(mesh.jacobian)) * light[:, None]
     line = _line_strength(seen, mesh, index, weight, line_width * factor)[:, None] * 0.85

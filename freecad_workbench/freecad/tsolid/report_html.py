@@ -425,6 +425,26 @@ def page(report, pictures, title):
     return "\n".join(parts)
 
 
+def check_page(result, groups):
+    """The page of a check alone: rows as the panel has them."""
+    title = "%s: check" % (result.name or "part")
+    from . import rows
+
+    kind = "good" if result.satisfied else "bad"
+    parts = ["<!DOCTYPE html>", '<html lang="en"><head><meta charset="utf-8">']
+    parts.append("<title>%s</title>" % _text(title))
+    parts.append("<style>%s</style></head><body>" % STYLE)
+    parts.append("<h1>%s</h1>" % _text(title))
+    headline = _text(rows.headline_of_check(result))
+    parts.append('<div class="verdict %s"><strong>%s</strong></div>' % (kind, headline))
+    for group in groups:
+        cells = [row.cells() + ("" if row.point is None else _place(row.point),)
+                 for row in group.rows]
+        parts.append(_section(group.title, _table(cells, rows.COLUMNS + ("place",))))
+    parts.append("</body></html>\n")
+    return "\n".join(parts)
+
+
 def write_html(path, report, solid, title="", context=None):
     """Writes the page with pictures of the solid; the file appears complete or not at all."""
     text = page(report, _pictures(solid, context or binding.Context()), title)

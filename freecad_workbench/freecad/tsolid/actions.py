@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What the buttons do, for scripts: each button leaves the line that calls one of these.
+
+    import freecad.tsolid as ts
+    ts.check(App.ActiveDocument.Box)                    # can it become hex blocks, and where not?
+    result = ts.build(App.ActiveDocument.Box)           # adds an object SolidTSpline
+    ts.rebuild(App.ActiveDocument.SolidTSpline)         # after the part has changed
+    ts.look_inside(App.ActiveDocument.SolidTSpline, mode="Elements", peel=1)
+    ts.report(App.ActiveDocument.SolidTSpline)          # the report as a dict
+    ts.export(App.ActiveDocument.SolidTSpline, "part.html")
+    ts.open_example("wavy_cube")
+
+In a window the long work runs in a thread before the line is executed, and the line only takes
+what is ready (see Job); in a macro or without a window the same line does the work itself.
+"""
+
+import contextlib
+import os
+
+import FreeCAD
+
+from . import api, binding, document, fingerprint
+
+# ---- long work ---------------------------------------------------------------------------------
+
+
+class Job:
+    """One check or build of a document object, to be run in any thread.
+
+    Made in the main thread, where it takes a copy of the shape: the user may go on editing.
+    """
+
+    def __init__(self, kind, given, options=None):
+        self.kind = kind
+        self.given = given
+        self.options = options if options is not None else api.Options()
+        source = source_of(given)
+        if source is None:
+            raise ValueError("%s has no part to work on: its source is gone" % _label(given))
+        self.name = _label(source)
+        self.shape = source.Shape.copy() if source.Shape is not None else None
+        self.result = None
+
+    def run(self, progress=None):
+        """The work itself; touches no document."""
+        tell = progress or (lambda stage, fraction: False)
+        if tell("shape", 0.0):
+            raise binding.Cancelled(binding.Status.ERROR_CANCELLED, [])
+        state = fingerprint.of_shape(self.shape)
+        work = api.check if self.kind == "check" else api.build
+        self.result = _work_on_shape(work, self.shape, self.name, self.options, progress)
+        self.result.source_state = state
+        if self.kind == "check":
+            self.result.shape = self.shape
+        if self.kind != "check" and self.result.solid is not None:
+            if tell("view", 0.0):
+                raise binding.Cancelled(binding.Status.ERROR_CANCELLED, [])
+            self.result.prepared = document.prepare(self.result)
+            self.result.prepared.look = _look(self.result.solid)
+        return self
+
+    def fits(self, kind, given, options):
+        return (
+            self.kind == kind
+            and self.given is given
+            and self.options.as_dict() == options.as_dict()
+        )
+
+
+def _work_on_shape(work, shape, name, options, progress):
+    try:
+        part = api.Part.of(shape)
+    except binding.Refused as error:
+        kind = api.CheckResult if work is api.check else api.BuildResult
+        return kind(name, error.findings, {})
+    part.name = name
+    return work(part, options, progress)
+
+
+def _look(solid):
+    """What the 3D view needs, made here so that the window need not wait; None without one."""
+    if not getattr(FreeCAD, "GuiUp", False):
+        return None
+    from . import view
+
+    return view.look_of(solid)
+
+
+_ready = []
+
+
+@contextlib.contextmanager
+def ready(job):
+    """While this lasts, the call that the job stands for takes its result instead of working."""
+    _ready.append(job)
+    try:
+        yield
+    finally:
+        _ready.remove(job)
+
+
+def _result(kind, given, options, progress):
+    for job in _ready:
+        if job.fits(kind, given, options):
+            return job.result
+    return Job(kind, given, options).run(progress).result
+
+
+def _label(obj):
+    return getattr(obj, "Label", "") or "part"
+
+
+def is_document_object(given):
+    return hasattr(given, "Document") and hasattr(given, "Shape")
+
+
+def source_of(given):
+    """The part behind a document object: the source of a SolidTSpline, else itself."""
+    if document.is_solid_tspline(given):
+        return given.Source
+    return given
+
+
+# ---- the buttons ---------------------------------------------------------------------------------
+
+
+def check(given, options=None, progress=None, **keywords):
+    """Can the part become a solid T-spline, and where not? Gives an api.CheckResult.
+
+    given: a document object, a shape, or an api.Part.
+    """
+    options = api.options_from(options, keywords)
+    if is_document_object(given):
+        return _result("check", given, options, progress)
+    return api.check(given, options, progress)
+
+
+def build(given, options=None, progress=None, **keywords):
+    """Builds, proves and measures; gives an api.BuildResult.
+
+    Of a document object the result is put into its document as a new SolidTSpline (result.object;
+    None when the part is refused); a SolidTSpline is rebuilt. A shape only gives the result.
+    """
+    if document.is_solid_tspline(given):
+        if options is not None or keywords:
+            document.set_options(given, api.options_from(options, keywords))
+        return rebuild(given, progress)
+    options = api.options_from(options, keywords)
+    if not is_document_object(given):
+        return api.build(given, options, progress)
+    result = _result("build", given, options, progress)
+    result.object = None
+    if result.solid is not None:
+        with transaction(given.Document, "Build solid T-spline"):
+            obj = document.create(given, given.Document)
+            obj.Label = "%s (hex blocks)" % given.Label
+            document.set_options(obj, result.options)
+            document.store(obj, result)
+            given.Visibility = False  # the same faces, which would cover the solid's
+        result.object = obj
+    return result
+
+
+def rebuild(obj, progress=None):
+    """Builds a SolidTSpline anew from its source; a refusal is kept as the object's state."""
+    if obj.Source is None:
+        return _lost_source(obj)
+    result = _result("rebuild", obj, document.options_of(obj), progress)
+    with transaction(obj.Document, "Rebuild solid T-spline"):
+        if result.solid is not None:
+            document.store(obj, result)
+        else:
+            document.set_failed(obj, document.reason_of(result))
+    result.object = obj
+    return result
+
+
+def _lost_source(obj):
+    text = "the part that it was made of is gone"
+    finding = binding.finding(binding.Severity.ERROR, "shape", "", text)
+    result = api.BuildResult(obj.Label, [finding], {})
+    result.object = obj
+    with transaction(obj.Document, "Rebuild solid T-spline"):
+        document.set_failed(obj, text)
+    return result
+
+
+@contextlib.contextmanager
+def transaction(doc, name):
+    """One step of undo, taken back when an exception passes."""
+    doc.openTransaction(name)
+    try:
+        yield
+    except BaseException:
+        doc.abortTransaction()
+        raise
+    doc.commitTransaction()
+
+
+def report(obj):
+    """The conformity report of a SolidTSpline as a dict; measured now when it was only imported."""
+    if not document.is_solid_tspline(obj):
+        raise ValueError("%s is not a solid T-spline: build one first" % _label(obj))
+    found = document.report_of(obj)
+    return found if found is not None else document.measure(obj)
+
+
+MODES = ("Solid", "Elements", "T-mesh", "Control net", "Parts")
+COLOURS = ("Scaled Jacobian", "Continuity", "Element size", "Parts")
+
+
+def look_inside(obj, mode=None, colour=None, peel=None, cut=None):
+    """Sets how a SolidTSpline is shown. Without a window nothing happens.
+
+    mode: one of MODES; colour: one of COLOURS; peel: layers of elements to take off from outside;
+    cut: None, or (axis 0..2, share 0..1): elements beyond that share of the part are hidden.
+    """
+    if not document.is_solid_tspline(obj):
+        raise ValueError("%s is not a solid T-spline: build one first" % _label(obj))
+    if mode not in (None,) + MODES or colour not in (None,) + COLOURS:
+        raise ValueError("mode is one of %s, colour one of %s" % (MODES, COLOURS))
+    view = getattr(obj, "ViewObject", None)
+    if view is None:
+        return
+    if colour is not None:
+        view.ColourBy = colour
+    if peel is not None:
+        view.Peel = int(peel)
+    if cut is not None:
+        view.CutAxis = "XYZ"[cut[0]]
+        view.CutShare = float(cut[1])
+    if mode is not None:
+        view.DisplayMode = mode
+
+
+def export(obj, path):
+    """Writes .html, .json, .csv (the report), .tsolid, .vtu or .tsb (the faces), by the ending."""
+    from . import files
+
+    files.write(obj, path)
+
+
+def example_names():
+    """The example parts that come with this package."""
+    from . import files
+
+    return files.example_names()
+
+
+def open_example(name):
+    """A new document with an example part; gives the part."""
+    from . import files
+
+    return files.open_example(name)
+
+
+def base_name(path):
+    return os.path.splitext(os.path.basename(path))[0]

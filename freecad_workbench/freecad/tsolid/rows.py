@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Results as groups of rows: what, where, measured, allowed, verdict. For the panel, CSV and text;
+no window is needed. What is in order is listed too.
+"""
+
+import csv
+import io
+
+from . import api, binding
+
+OK, NOTE, WARNING, BAD = VERDICTS = ("ok", "note", "warning", "refused")
+COLUMNS = ("what", "where", "measured", "allowed", "verdict")
+
+
+class Row:
+    def __init__(
+        self, what, where="", measured=None, allowed=None, verdict=OK, point=None, side=-1
+    ):
+        self.what, self.where = what, where
+        self.measured, self.allowed = measured, allowed
+        self.verdict = verdict
+        self.point = None if point is None else tuple(point)
+        self.side = side  # of the cube, to be shown in its colour; -1: none
+
+    def cells(self):
+        return (self.what, self.where, number(self.measured), number(self.allowed), self.verdict)
+
+
+class Group:
+    def __init__(self, title, rows):
+        self.title, self.rows = title, rows
+
+    @property
+    def verdict(self):
+        return max((r.verdict for r in self.rows), key=VERDICTS.index, default=OK)
+
+
+def number(value):
+    """A cell's text."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return "%.6g" % value if isinstance(value, float) else str(value)
+
+
+def _is(what, measured, allowed, **more):
+    return Row(what, "", measured, allowed, OK if measured == allowed else BAD, **more)
+
+
+def _of_finding(f):
+    """A row of a finding as a dict (binding.Finding.as_dict)."""
+    verdict = {"error": BAD, "warning": WARNING, "note": NOTE}[f["severity"]]
+    return Row(f["text"], f["where"], f["measured"], f["allowed"], verdict, f["point"])
+
+
+# ---- check ---------------------------------------------------------------------------------------
+
+
+def of_check(result):
+    """Groups of an api.CheckResult."""
+    findings = [_of_finding(f.as_dict()) for f in result.findings]
+    out = []
+    wrong = [r for r in findings if r.verdict == BAD]
+    if wrong:
+        out.append(Group("What stands in the way", wrong))
+    out += _requirement(result.requirement)
+    if result.satisfied:
+        out.append(Group("Six sides of the hex blocks", _sides(result)))
+        out.append(Group("Eight corners", _corners(result.requirement)))
+    elif result.part is not None:
+        out.append(Group("Faces", _faces(result.part, wrong)))
+    rest = [r for r in findings if r.verdict != BAD]
+    if rest:
+        out.append(Group("Notes", rest))
+    return out
+
+
+def _requirement(need):
+    if not need:
+        return []
+    rows = [
+        _is("watertight: every edge has two faces", bool(need["closed"]), True),
+        _is("one piece", bool(need["connected"]), True),
+    ]
+    if need["genus"] >= 0:
+        rows.append(_is("holes through the part", need["genus"], 0))
+    rows.append(Row("faces, edges, vertices", "", "%d, %d, %d" % (
+        need["n_patches"], need["n_edges"], need["n_vertices"])))
+    rows.append(_is("violations", need["n_violations"], 0))
+    return [Group("Watertight, and like a cube", rows)]
+
+
+def _sides(result):
+    names = {}
+    for k in range(result.boundary.n_patches):
+        side = result.boundary.placement(k).side
+        names.setdefault(side, []).append(result.part.patches[k].name or "patch %d" % k)
+    if not names:  # Bezier elements without patches
+        names = {side: [] for side in range(6)}
+    grid = result.requirement["side_grid"]
+    return [
+        Row(binding.SIDE_NAMES[side], ", ".join(own), "%d x %d" % tuple(grid[side]), None, OK,
+            side=side)
+        for side, own in sorted(names.items())
+    ]
+
+
+def _corners(need):
+    corners = enumerate(need["corner"])
+    return [Row("corner %d" % k, "", None, None, OK, point) for k, point in corners]
+
+
+def _faces(part, wrong):
+    """Every face: in order, unless a finding names it."""
+    named = {word for row in wrong for word in row.where.replace(",", " ").split()}
+    return [Row("face", p.name, None, None, BAD if p.name in named else OK) for p in part.patches]
+
+
+# ---- report --------------------------------------------------------------------------------------
+
+
+def _share(c):
+    return c["n_elements"] - c["n_positive"]
+
+
+def of_report(report):
+    """Groups of a report dict, the most wanted first."""
+    c, q, b = report["certificate"], report["quality"], report["basis"]
+    place = c["point"] if c["verdict"] != "positive" else None
+    proved = Row("hex blocks not proved free of folds", "", _share(c), 0,
+                 OK if c["verdict"] == "positive" else BAD, place)
+    out = [
+        Group("Hex blocks do not fold (det J > 0)", [
+            Row("hex blocks", "", c["n_elements"], None),
+            proved,
+            Row("smallest proved bound of det J", "", c["smallest_bound"], 0.0, proved.verdict),
+        ]),
+        Group("Conformal contact faces", _exactness(report)),
+        Group("Watertight, and like a cube", _report_requirement(report["requirement"])),
+        Group("Shape of the hex blocks", [
+            Row("worst scaled Jacobian", "", q["worst"], 0.0, OK if q["worst"] > 0 else BAD,
+                q["worst_point"]),
+            Row("best that the part's faces allow", "", q["bound"], None, OK, q["bound_point"]),
+            Row("worst, compared with that", "", q["ratio"], None),
+            Row("mean scaled Jacobian", "", q["mean"], None),
+        ]),
+        Group("Volume", _volume(report)),
+        Group("Smoothness inside", _continuity(report["continuity"])),
+        Group("T-spline functions", [
+            Row("functions", "", report["statistics"]["n_functions"], None),
+            Row("their sum differs from 1 by", "", b["sum_defect"], 1e-12,
+                OK if b["sum_defect"] <= 1e-12 else BAD),
+            Row("smallest coefficient", "", b["smallest_value"], 0.0,
+                OK if b["smallest_value"] >= 0 else BAD),
+            _rank(b, "inner"), _rank(b, "surface"),
+        ]),
+    ]
+    findings = [_of_finding(f) for f in report["findings"]
+                if f["severity"] != "note" or f["stage"] not in ("exactness", "volume")]
+    if findings:
+        out.append(Group("Notes", findings))
+    out.append(Group("Time", [Row(k.replace("_", " "), "", float(v), None)
+                              for k, v in report["timing"].items() if v is not None]))
+    return [g for g in out if g.rows]
+
+
+def _exactness(report):
+    c = report["conformity"]
+    rows = [Row("distance of the face from the solid", r["face"], r["distance"], r["allowed"],
+                OK if r["satisfied"] else BAD, r["point"]) for r in report["exactness"]]
+    rows.append(_is("control points of the faces kept bit for bit",
+                    bool(c["control_identical"]), True))
+    return rows
+
+
+def _report_requirement(need):
+    groups = _requirement(need)
+    return groups[0].rows if groups else []
+
+
+def _volume(report):
+    c, v = report["conformity"], report.get("volume")
+    rows = [Row("volume of the hex blocks", "", c["volume"], None),
+            Row("volume inside the faces", "", v["flux"] if v else c["flux"], None)]
+    if v:
+        rows.append(Row("relative difference", "", v["relative_difference"], v["allowed"],
+                        OK if v["satisfied"] else BAD))
+    return rows
+
+
+def _continuity(c):
+    names = ("torn", "continuous", "tangent planes too", "curvature too")
+    rows = [Row("area of inner faces: " + name, "", area, 0.0 if k == 0 else None,
+                BAD if k == 0 and area else OK)
+            for k, (name, area) in enumerate(zip(names, c["area"])) if area is not None]
+    rows.append(_is("inner faces less smooth than they should be", c["n_below_expected"], 0))
+    return rows
+
+
+def _rank(b, kind):
+    value, least = b[kind + "_eigenvalue"], b[kind + "_roundoff"]
+    what = "independence of the %s functions (smallest eigenvalue)" % kind
+    if not b["rank_measured"] or value is None:
+        return Row(what, "", "not measured: too many", None, NOTE)
+    return Row(what, "", value, least, OK if value > least else BAD)
+
+
+# ---- out of the window ---------------------------------------------------------------------------
+
+
+def csv_text(groups):
+    stream = io.StringIO()
+    writer = csv.writer(stream)
+    writer.writerow(("group",) + COLUMNS + ("x", "y", "z"))
+    for group in groups:
+        for row in group.rows:
+            point = ("", "", "") if row.point is None else ["%.17g" % x for x in row.point]
+            cells = [api.visible(c) for c in (group.title,) + row.cells()]
+            writer.writerow(cells + list(point))
+    return stream.getvalue()
+
+
+def text(title, groups):
+    """For the clipboard: one line per row."""
+    lines = [api.visible(title)]
+    for group in groups:
+        lines.append("%s: %s" % (group.title, group.verdict))
+        for row in group.rows:
+            what, where, measured, allowed, verdict = map(api.visible, row.cells())
+            words = [what] + (["[%s]" % where] if where else [])
+            words += [measured] if measured else []
+            words += ["(allowed %s)" % allowed] if allowed else []
+            words += ["at (%.6g, %.6g, %.6g)" % row.point] if row.point is not None else []
+            lines.append("  %s: %s" % (verdict, " ".join(words)))
+    return "\n".join(lines) + "\n"
+
+
+def headline_of_check(result):
+    if result.satisfied:
+        return "Yes: this part can become hex blocks."
+    n = sum(1 for f in result.findings if f.severity == binding.Severity.ERROR)
+    return "Not as it is: %d thing%s in the way." % (n, " stands" if n == 1 else "s stand")
+
+
+def headline_of_report(report):
+    c, q = report["certificate"], report["quality"]
+    if report["verdict"] == "positive":
+        return "Valid: %d hex blocks, none folds; worst scaled Jacobian %.3g." % (
+            c["n_elements"], q["worst"])
+    if report["verdict"] == "undecided":
+        return "Built, but not proved everywhere: %d of %d hex blocks are undecided." % (
+            c["n_undecided"], c["n_elements"])
+    return "Not valid (%s): do not use this solid." % report["verdict"]

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Long work behind a window: a thread that works, a timer that looks, and one line executed on the
+main thread when the work is ready.
+"""
+
+import time
+
+import FreeCAD
+import FreeCADGui as Gui
+from PySide import QtCore, QtGui
+
+from . import actions, task
+
+POLL = 40  # milliseconds
+_running = []
+
+
+def tr(text):
+    return FreeCAD.Qt.translate("tsolid", text)
+
+
+def reference(obj):
+    """How a line of Python calls a document object."""
+    return "App.getDocument(%r).getObject(%r)" % (str(obj.Document.Name), str(obj.Name))
+
+
+def line_of(function, obj, **keywords):
+    """The line that a button leaves: also what it executes."""
+    words = [reference(obj)] + ["%s=%r" % (k, v) for k, v in keywords.items() if v is not None]
+    return "import freecad.tsolid as ts; ts.%s(%s)" % (function, ", ".join(words))
+
+
+def execute(line):
+    """Runs a line as if it had been typed: it appears in the Python console and in macros."""
+    Gui.doCommand(line)
+
+
+def say(text):
+    """One sentence in the status bar."""
+    Gui.getMainWindow().statusBar().showMessage(text, 10000)
+
+
+class Runner(QtCore.QObject):
+    """One job. on_progress(stage, overall, remaining), on_end(state, result, sentence) are called
+    on the main thread; longest is the longest time that this held it, in seconds."""
+
+    def __init__(self, job, line, on_progress, on_end):
+        super().__init__()
+        self.job, self.line = job, line
+        self.on_progress, self.on_end = on_progress, on_end
+        self.document = job.given.Document.Name
+        self.longest = 0.0
+        self.lost = ""
+        self.timer = QtCore.QTimer()
+        self.timer.setInterval(POLL)
+        self.timer.timeout.connect(self._look)
+        self.task = task.Task(job.run)
+
+    def start(self):
+        _running.append(self)
+        _watch()
+        self.task.start()
+        self.timer.start()
+        return self
+
+    def cancel(self):
+        self.task.cancel()
+
+    @property
+    def running(self):
+        return self in _running
+
+    def lose(self, sentence):
+        """The object is going away: the work stops, and nothing is to be applied."""
+        self.lost = sentence
+        self.task.cancel()
+
+    def _look(self):
+        start = time.perf_counter()
+        if self.task.running:
+            stage, _, overall = self.task.snapshot()
+            self.on_progress(stage, overall, self.task.remaining())
+        else:
+            self.timer.stop()
+            _running.remove(self)
+            self._end()
+        self.longest = max(self.longest, time.perf_counter() - start)
+
+    def _end(self):
+        if self.lost:
+            say(self.lost)
+            self.on_end("lost", None, self.lost)
+        elif self.task.state == "cancelled":
+            self.on_end("cancelled", None, tr("Cancelled."))
+        elif self.task.state == "failed":
+            self.on_end("failed", None, sentence_of(self.task.error))
+        else:
+            self._apply()
+
+    def _apply(self):
+        try:
+            with actions.ready(self.job):
+                execute(self.line)
+        except Exception as error:
+            self.on_end("failed", None, sentence_of(error))
+            return
+        self.on_end("done", self.job.result, "")
+
+
+def sentence_of(error):
+    """An exception in the user's words."""
+    if isinstance(error, MemoryError):
+        return tr("There is not enough memory for this.")
+    return str(error) or type(error).__name__
+
+
+# ---- things that go away while work runs ---------------------------------------------------------
+
+
+class _Observer:
+    def slotDeletedDocument(self, doc):
+        for runner in list(_running):
+            if runner.document == doc.Name:
+                runner.lose(tr("The document was closed: the work on it was stopped."))
+
+    def slotDeletedObject(self, obj):
+        for runner in list(_running):
+            if runner.job.given is obj:
+                runner.lose(tr("The part was deleted: the work on it was stopped."))
+
+
+_observer = None
+
+
+def _watch():
+    global _observer
+    if _observer is None:
+        _observer = _Observer()
+        FreeCAD.addDocumentObserver(_observer)
+        QtGui.QApplication.instance().aboutToQuit.connect(stop_all)
+
+
+def stop_all():
+    """FreeCAD is closing: no thread may outlive it."""
+    for runner in list(_running):
+        runner.timer.stop()
+        runner.task.cancel()
+    for runner in list(_running):
+        runner.task.join(5.0)

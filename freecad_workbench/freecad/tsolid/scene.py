@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Coin nodes that show a tessellate.Look: elements, T-mesh, control points, one element marked.
+
+Arrays go into Coin's fields as one block of memory: number by number would take a hundred times
+as long, and a slider step has 25 milliseconds.
+"""
+
+import ctypes
+
+import numpy as np
+from pivy import coin
+
+LINE = (0.13, 0.15, 0.20)
+MARK = (1.0, 0.20, 0.10)
+CONTROL_COLOURS = ((0.93, 0.50, 0.69), (0.36, 0.58, 0.88), (0.86, 0.62, 0.10))
+
+
+def fill(field, array):
+    """Sets all values of a multiple-value field from a contiguous array."""
+    array = np.ascontiguousarray(array)
+    field.setNum(len(array))
+    if not len(array):
+        return
+    memory = field.startEditing()
+    ctypes.memmove(int(getattr(memory, "this", memory)), array.ctypes.data, array.nbytes)
+    field.finishEditing()
+
+
+def _line_style(width, colour):
+    style = coin.SoDrawStyle()
+    style.lineWidth = width
+    base = coin.SoBaseColor()
+    base.rgb = colour
+    light = coin.SoLightModel()
+    light.model = coin.SoLightModel.BASE_COLOR
+    binding = coin.SoMaterialBinding()
+    binding.value = coin.SoMaterialBinding.OVERALL
+    return [light, style, binding, base]
+
+
+def _separator(*nodes):
+    out = coin.SoSeparator()
+    for node in nodes:
+        out.addChild(node)
+    return out
+
+
+class ElementScene:
+    """The faces of the kept elements with their borders."""
+
+    def __init__(self):
+        self.coordinates = coin.SoCoordinate3()
+        self.normals = coin.SoNormal()
+        self.colours = coin.SoPackedColor()
+        self.faces = coin.SoIndexedFaceSet()
+        self.lines = coin.SoIndexedLineSet()
+        self.line_switch = coin.SoSwitch()
+        self.line_switch.whichChild = coin.SO_SWITCH_ALL
+        self.root = _separator(self.coordinates, self._face_part(), self._line_part())
+        self.owner = np.zeros(0, int)  # half-face of each quad
+
+    def _face_part(self):
+        hints = coin.SoShapeHints()
+        hints.vertexOrdering = coin.SoShapeHints.COUNTERCLOCKWISE
+        hints.shapeType = coin.SoShapeHints.UNKNOWN_SHAPE_TYPE
+        offset = coin.SoPolygonOffset()
+        offset.factor, offset.units = 1.0, 1.0
+        colour_binding = coin.SoMaterialBinding()
+        colour_binding.value = coin.SoMaterialBinding.PER_VERTEX_INDEXED
+        normal_binding = coin.SoNormalBinding()
+        normal_binding.value = coin.SoNormalBinding.PER_VERTEX_INDEXED
+        return _separator(
+            hints, offset, self.normals, normal_binding, self.colours, colour_binding, self.faces
+        )
+
+    def _line_part(self):
+        self.line_switch.addChild(_separator(*_line_style(1.0, LINE), self.lines))
+        pick = coin.SoPickStyle()
+        pick.style = coin.SoPickStyle.UNPICKABLE
+        return _separator(pick, self.line_switch)
+
+    def set_geometry(self, look):
+        fill(self.faces.coordIndex, np.zeros(0, np.int32))
+        fill(self.lines.coordIndex, np.zeros(0, np.int32))
+        fill(self.coordinates.point, look.point)
+        fill(self.normals.vector, look.normal)
+
+    def set_colours(self, packed):
+        fill(self.colours.orderedRGBA, packed)
+
+    def show(self, look, kept):
+        """One step of a slider."""
+        quads, lines, self.owner = look.indices(look.seen(kept))
+        fill(self.faces.coordIndex, quads)
+        fill(self.lines.coordIndex, lines)
+
+    def show_lines(self, on):
+        self.line_switch.whichChild = coin.SO_SWITCH_ALL if on else coin.SO_SWITCH_NONE
+
+    def element_of(self, picked):
+        """The element of a picked point; None when it is none of these faces."""
+        detail = picked.getDetail()
+        if detail is None or not detail.isOfType(coin.SoFaceDetail.getClassTypeId()):
+            return None
+        if picked.getPath().getTail() != self.faces:
+            return None
+        face = coin.cast(detail, "SoFaceDetail").getFaceIndex()
+        return int(self.owner[face]) // 6 if 0 <= face < len(self.owner) else None
+
+
+class LineScene:
+    """Lines with a colour per vertex: the T-mesh."""
+
+    def __init__(self, width=1.5):
+        self.coordinates = coin.SoCoordinate3()
+        self.colours = coin.SoPackedColor()
+        self.lines = coin.SoIndexedLineSet()
+        style = _line_style(width, LINE)[:2]
+        binding = coin.SoMaterialBinding()
+        binding.value = coin.SoMaterialBinding.PER_VERTEX_INDEXED
+        self.root = _separator(*style, self.coordinates, self.colours, binding, self.lines)
+
+    def set_geometry(self, points, colours):
+        fill(self.lines.coordIndex, np.zeros(0, np.int32))
+        fill(self.coordinates.point, points)
+        fill(self.colours.orderedRGBA, colours)
+
+    def show(self, index):
+        fill(self.lines.coordIndex, index)
+
+
+class PointScene:
+    """Points of one size with a colour each: the control points."""
+
+    def __init__(self, size=5.0):
+        self.coordinates = coin.SoCoordinate3()
+        self.colours = coin.SoPackedColor()
+        self.points = coin.SoPointSet()
+        light = coin.SoLightModel()
+        light.model = coin.SoLightModel.BASE_COLOR
+        style = coin.SoDrawStyle()
+        style.pointSize = size
+        binding = coin.SoMaterialBinding()
+        binding.value = coin.SoMaterialBinding.PER_VERTEX
+        self.root = _separator(light, style, self.coordinates, self.colours, binding, self.points)
+
+    def set_geometry(self, points, colours):
+        fill(self.coordinates.point, points)
+        fill(self.colours.orderedRGBA, colours)
+        self.points.numPoints = len(points)
+
+
+class MarkScene:
+    """The outline of one element, drawn over everything."""
+
+    def __init__(self):
+        self.coordinates = coin.SoCoordinate3()
+        self.lines = coin.SoLineSet()
+        buffer = coin.SoDepthBuffer()
+        buffer.test = False
+        pick = coin.SoPickStyle()
+        pick.style = coin.SoPickStyle.UNPICKABLE
+        self.root = _separator(pick, buffer, *_line_style(3.0, MARK), self.coordinates, self.lines)
+
+    def show(self, outline):
+        """outline: [edge, point, 3]; None: nothing."""
+        if outline is None:
+            fill(self.lines.numVertices, np.zeros(1, np.int32))
+            return
+        fill(self.coordinates.point, outline.reshape(-1, 3).astype(np.float32))
+        fill(self.lines.numVertices, np.full(len(outline), outline.shape[1], np.int32))

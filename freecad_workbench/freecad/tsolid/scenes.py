@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""The nodes of one SolidTSpline, one root per display mode."""
+
+import numpy as np
+
+from . import scene, tessellate
+
+ELEMENTS, TMESH, CONTROL, PARTS = "Elements", "T-mesh", "Control net", "Parts"
+
+
+class Scenes:
+    def __init__(self, look, obj, roots):
+        self.elements = scene.ElementScene()
+        self.elements.set_geometry(look)
+        self.lines = scene.LineScene()
+        self.points = scene.PointScene()
+        self.net = scene.LineScene(1.0)
+        self.mark = scene.MarkScene()
+        self.mark.show(None)
+        self.tmesh = None  # tessellate.Lines, when first shown
+        self.control = None
+        self.by = None
+        self.roots = roots
+        children = {
+            ELEMENTS: (self.elements.root, self.mark.root),
+            PARTS: (self.elements.root, self.mark.root),
+            TMESH: (self.lines.root,),
+            CONTROL: (self.net.root, self.points.root),
+        }
+        for mode, nodes in children.items():
+            roots[mode].removeAllChildren()
+            for node in nodes:
+                roots[mode].addChild(node)
+
+    def recolour(self, look, by):
+        if by != self.by:
+            self.elements.set_colours(look.colours(by))
+            self.by = by
+
+    def refresh(self, look, kept, mode):
+        if mode == TMESH:
+            self._ensure_tmesh(look)
+            self.lines.show(self.tmesh.indices(kept))
+        elif mode == CONTROL:
+            self._ensure_control(look)
+            self.net.show(self.control.indices(kept))
+        else:
+            self.elements.show(look, kept)
+
+    def _ensure_tmesh(self, look):
+        if self.tmesh is None:
+            self.tmesh = tessellate.Lines(look, look.solid.tmesh)
+            self.lines.set_geometry(self.tmesh.point, self.tmesh.colours(look))
+
+    def _ensure_control(self, look):
+        if self.control is None:
+            self.control = tessellate.ControlNet(look)
+            space = look.solid.space
+            control = np.array(look.solid.control).reshape(-1, 4)
+            kind = np.zeros(len(control), int)
+            kind[space.n_inner:] = 1
+            kind[space.n_inner + space.n_surface:] = 2
+            colours = tessellate.packed(np.array(scene.CONTROL_COLOURS)[kind])
+            points = (control[:, :3] / control[:, 3:]).astype(np.float32)
+            self.points.set_geometry(points, colours)
+            self.net.set_geometry(self.control.point, self.control.colours(look))
