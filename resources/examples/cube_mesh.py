@@ -161,7 +161,7 @@ class CubeMesh:
         while len(met) < 2:
             if position[axis] == (self.n[axis] if sign > 0 else 0):
                 turned = side // 2
-                if met and len(self.sides_at(position)) == 3:  # a star ends the isoline: as far again
+                if met and len(self.sides_at(position)) == 3:  # the isoline ends: as far again
                     met.append(2 * met[-1])
                     break
                 side, axis, sign = (2 * axis + (sign > 0), turned,
@@ -390,8 +390,8 @@ def write_tsm(mesh, path):
     leaving = {}
     for k, link in enumerate(links):
         leaving.setdefault(link[3], k)
-    lines = ["#TS0200", "", "degree 3", "cap-type 1", "star-smoothness 0", "units 0.001 millimeters",
-             "force-bezier-end-conditions 1"]
+    lines = ["#TS0200", "", "degree 3", "cap-type 1", "star-smoothness 0",
+             "units 0.001 millimeters", "force-bezier-end-conditions 1"]
     lines += ["f %d 0" % k for k in start]
     lines += ["e %d %.17g" % e for e in edges]
     lines += ["v %d NORTH" % leaving[v] for v in range(len(mesh.vertices))]

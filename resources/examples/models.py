@@ -167,7 +167,7 @@ def blade_tspline():
 
 
 def boat_shape(unit):
-    """A hull of 10 m with hard chines, raked stem and sheer: x astern to the bow, z keel to deck."""
+    """A hull of 10 m with hard chines, raked stem and sheer: x to the bow, z from keel to deck."""
     x, y, z = unit
     side = 2 * y - 1
     fore = max(0.0, (x - 0.35) / 0.65)
@@ -252,7 +252,7 @@ def shaft_shape(unit):
 
 
 def shaft():
-    """A shaft with flange, hub and nose: smooth but for eight sharp rings; more lines on the hub."""
+    """A shaft with flange, hub and nose: smooth but for eight sharp rings; finer on the hub."""
     rings = [at for at, _, _, is_sharp in PROFILE if is_sharp]
     extra = [i + 0.5 for i in range(1, AROUND - 1)]
     round_lines = sorted(list(range(AROUND + 1)) + extra)
