@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later
+ * Does the octree pay? Numbers of functions as the sides get finer, against a tensor core's, and
+ * what the closure adds. */
+#include "axis_tree.h"
+#include "blending.h"
+#include "check.h"
+#include "cube_part.h"
+
+/* The most that the closure may add to the cells. */
+static const double MOST_CLOSED = 1.6;
+
+static void squeeze(double p[4]) {
+  p[0] = 2.0 * p[0];
+}
+
+static tsolid_boundary *boundary_of(tsolid_context *context, const cube_axis axis[3]) {
+  cube_part part = cube_part_create(axis, squeeze);
+  tsolid_boundary *boundary = NULL;
+  tsolid_boundary_input input = {.bezier = &part.boundary};
+  CHECK(tsolid_boundary_create(context, &input, NULL, NULL, &boundary) == TSOLID_OK);
+  cube_part_free(&part);
+  return boundary;
+}
+
+static int count_inner(tsolid_context *context, const tsolid_tmesh *tmesh) {
+  tsolid_space space = {.allocator = tmesh->allocator, .tmesh = tmesh};
+  CHECK(tsi_blending_create(context, &space) == TSOLID_OK);
+  tsi_delete(&space.allocator, space.piece_start);
+  tsi_delete(&space.allocator, space.piece);
+  return space.n_inner;
+}
+
+/* All functions of the T-mesh under a boundary, and how much the closure added. */
+static int count_functions(tsolid_context *context, const tsolid_boundary *boundary) {
+  tsolid_tmesh *tmesh;
+  if (!CHECK(tsolid_tmesh_create(context, boundary, NULL, &tmesh) == TSOLID_OK))
+    return 0;
+  CHECK(tmesh->n_cells <= MOST_CLOSED * tmesh->n_cells_before_closure);
+  int n = count_inner(context, tmesh) + 2 * boundary->n_functions;
+  tsolid_tmesh_free(tmesh);
+  return n;
+}
+
+/* Inner functions of a core of n x n x n cells. */
+static double tensor_inner(tsolid_context *context, int n) {
+  static const double height[6] = {0.5, 0.5, 0.5, 0.5, 0.5, 0.5};
+  int n_lines[3] = {n + 1, n + 1, n + 1},
+      *box = calloc((size_t)(n * n) * (size_t)n, 6 * sizeof *box);
+  double *line = calloc((size_t)n + 1, sizeof *line);
+  const double *lines[3] = {line, line, line};
+  tsolid_tmesh *tmesh = NULL;
+  int count = 0;
+  for (int i = 0; i <= n; i++)
+    line[i] = (double)i / n;
+  for (int c = 0; c < n * n * n; c++)
+    for (int a = 0; a < 3; a++) {
+      box[6 * c + a] = a == 0 ? c % n : a == 1 ? c / n % n : c / (n * n);
+      box[6 * c + a + 3] = box[6 * c + a] + 1;
+    }
+  if (CHECK(tsi_tmesh_from_boxes(context, n_lines, lines, n * n * n, box, height, 1, &tmesh) ==
+            TSOLID_OK))
+    count = count_inner(context, tmesh);
+  tsolid_tmesh_free(tmesh);
+  free(line);
+  free(box);
+  return count;
+}
+
+/* The same for any n: from some n on it is a cubic in n, whose differences four cores give. */
+static double tensor_inner_cubic(tsolid_context *context, double n) {
+  enum { FIRST = 5 };
+  double d[4], x = n - FIRST;
+  for (int i = 0; i < 4; i++)
+    d[i] = tensor_inner(context, FIRST + i);
+  for (int order = 1; order < 4; order++)
+    for (int i = 3; i >= order; i--)
+      d[i] -= d[i - 1];
+  return d[0] + x * (d[1] + (x - 1.0) / 2.0 * (d[2] + (x - 2.0) / 3.0 * d[3]));
+}
+
+/* Cells of the tensor core: all values of the axis trees. */
+static int tensor_cells(tsolid_context *context, const tsolid_boundary *boundary) {
+  tsi_arena arena = tsi_arena_create(context);
+  tsi_axis_tree tree;
+  CHECK(tsi_axis_tree_create(boundary, 0, 3, &arena, &tree));
+  int n = tree.n_values - 1;
+  tsi_arena_free(&arena);
+  return n;
+}
+
+static void test_growth(tsolid_context *context) {
+  int previous = 0;
+  CHECK(tensor_inner_cubic(context, 11.0) == tensor_inner(context, 11));
+  for (int n = 8; n <= 64; n *= 2) {
+    cube_axis axis[3] = {{3, n, 1}, {3, n, 1}, {3, n, 1}};
+    tsolid_boundary *boundary = boundary_of(context, axis);
+    int count = count_functions(context, boundary);
+    double tensor =
+        tensor_inner_cubic(context, tensor_cells(context, boundary)) + 2.0 * boundary->n_functions;
+    printf("%2d spans per side: %d functions, %.1f %% of a tensor core's\n", n, count,
+           100.0 * count / tensor);
+    CHECK(tensor_cells(context, boundary) == n);
+    CHECK(n < 64 || (count <= 4.5 * previous && count <= 0.25 * tensor));
+    CHECK(count > previous && count < tensor);
+    previous = count;
+    tsolid_boundary_free(boundary);
+  }
+}
+
+/* Unequal spans, degrees and multiplicities. */
+static void test_unequal(tsolid_context *context) {
+  static const cube_axis axis[][3] = {{{3, 8, 1}, {2, 16, 1}, {1, 64, 1}},
+                                      {{2, 33, 1}, {3, 20, 2}, {2, 9, 1}},
+                                      {{3, 64, 1}, {2, 11, 1}, {3, 12, 1}},
+                                      {{1, 48, 1}, {1, 47, 1}, {1, 13, 1}}};
+  for (size_t i = 0; i < sizeof axis / sizeof *axis; i++) {
+    tsolid_boundary *boundary = boundary_of(context, axis[i]);
+    CHECK(count_functions(context, boundary) > 0);
+    tsolid_boundary_free(boundary);
+  }
+}
+
+int main(void) {
+  tsolid_context *context;
+  if (!CHECK(tsolid_context_create(NULL, &context) == TSOLID_OK))
+    return check_done();
+  test_growth(context);
+  test_unequal(context);
+  tsolid_context_free(context);
+  return check_done();
+}
