@@ -189,6 +189,15 @@ TSOLID_API tsolid_status tsolid_surface_evaluate(tsolid_context *context,
                                                  const tsolid_surface *surface, int face, double u,
                                                  double v, int order, double *out);
 
+/* A boundary as read from .tsb, or patches of a surface: `input` points into the handle. */
+typedef struct tsolid_boundary_file tsolid_boundary_file;
+
+/* The surface as exact B-spline patches, as few as rectangles of faces allow; no patch is less than
+ * C^1 inside. TSOLID_OK for open surfaces, too. */
+TSOLID_API tsolid_status tsolid_surface_patches(tsolid_context *context,
+                                                const tsolid_surface *surface,
+                                                tsolid_boundary_file **patches);
+
 /* ---- the input boundary --------------------------------------------------------------------- */
 
 /* A NURBS surface patch
@@ -590,9 +599,6 @@ TSOLID_API void tsolid_hex_get(const tsolid_hex *hex, tsolid_hex_view *view);
 
 /* ---- files --------------------------------------------------------------------------------------
  */
-
-/* A boundary as read from .tsb: `input` points into the handle. */
-typedef struct tsolid_boundary_file tsolid_boundary_file;
 
 TSOLID_API tsolid_status tsolid_read_tsb(tsolid_context *context, const char *path,
                                          tsolid_boundary_file **file);

@@ -439,12 +439,12 @@ STRUCTS = {
 OPAQUE = (
     "tsolid_context",
     "tsolid_surface",
+    "tsolid_boundary_file",
     "tsolid_boundary",
     "tsolid_tmesh",
     "tsolid_space",
     "tsolid_solid",
     "tsolid_hex",
-    "tsolid_boundary_file",
 )
 
 _handle = c_void_p
@@ -470,6 +470,7 @@ FUNCTIONS = {
         c_int,
         [_handle, _handle, c_int, c_double, c_double, c_int, _doubles],
     ),
+    "tsolid_surface_patches": (c_int, [_handle, _handle, _handle_out]),
     "tsolid_boundary_create": (
         c_int,
         [
