@@ -6,8 +6,9 @@
 #include "cli.h"
 
 static const char help[] =
-    "tsolid build IN.tsb -o OUT.tsolid [options]\n"
+    "tsolid build IN -o OUT.tsolid [options]\n"
     "\n"
+    "IN: .tsb, .tsm or .iga, told apart by content.\n"
     "Builds the conformal solid T-spline, proves it valid and reports.\n"
     "Exit code 0: proved; 2: written, but not proved; 1: refused or failed, nothing written.\n"
     "\n"
@@ -76,15 +77,17 @@ static double lap(job *j) {
 }
 
 static tsolid_status make_boundary(job *j) {
-  tsolid_boundary_file *file = NULL;
+  cli_input file;
   tsolid_requirement requirement = {.genus = -1};
-  tsolid_status status = tsolid_read_tsb(j->context, j->input, &file);
+  tsolid_status status = cli_input_read(j->context, j->input, &file);
   if (status == TSOLID_OK)
-    status = tsolid_boundary_create(j->context, tsolid_boundary_file_input(file),
-                                    &j->boundary_options, &requirement, &j->boundary);
-  if (status == TSOLID_ERROR_REFUSED)
+    status = tsolid_boundary_create(j->context, &file.boundary, &j->boundary_options, &requirement,
+                                    &j->boundary);
+  if (status == TSOLID_ERROR_REFUSED && (file.file || file.surface)) {
+    cli_print_surface(file.surface);
     cli_print_requirement(&requirement);
-  tsolid_boundary_file_free(file);
+  }
+  cli_input_free(&file);
   return status;
 }
 

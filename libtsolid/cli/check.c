@@ -5,8 +5,9 @@
 #include "cli.h"
 
 static const char help[] =
-    "tsolid check IN.tsb [--tolerance T]\n"
+    "tsolid check IN [--tolerance T]\n"
     "\n"
+    "IN: .tsb, .tsm or .iga, told apart by content.\n"
     "Says whether the boundary is one that a solid T-spline can be built on: closed, connected,\n"
     "of genus zero, with exactly eight extraordinary vertices that twelve isolines join like the\n"
     "edges of a cube. Exit code 0: yes, 1: no, with the reasons.\n"
@@ -18,7 +19,7 @@ int cli_check(int argc, char **argv) {
   tsolid_boundary_options options = {.tolerance = 0};
   tsolid_requirement requirement = {.genus = -1};
   tsolid_preparation preparation;
-  tsolid_boundary_file *file = NULL;
+  cli_input file;
   tsolid_boundary *boundary = NULL;
   const cli_option table[] = {{"--tolerance", CLI_NUMBER, &options.tolerance, 0, 0, NULL},
                               {NULL, CLI_TEXT, NULL, 0, 0, NULL}};
@@ -28,10 +29,10 @@ int cli_check(int argc, char **argv) {
   tsolid_context *context = cli_open(0);
   if (!context)
     return CLI_FAILED;
-  tsolid_status status = tsolid_read_tsb(context, input, &file);
+  tsolid_status status = cli_input_read(context, input, &file);
   if (status == TSOLID_OK) {
-    status = tsolid_boundary_create(context, tsolid_boundary_file_input(file), &options,
-                                    &requirement, &boundary);
+    cli_print_surface(file.surface);
+    status = tsolid_boundary_create(context, &file.boundary, &options, &requirement, &boundary);
     if (status == TSOLID_OK || status == TSOLID_ERROR_REFUSED)
       cli_print_requirement(&requirement);
   }
@@ -40,7 +41,7 @@ int cli_check(int argc, char **argv) {
     cli_print_preparation(&preparation);
   }
   tsolid_boundary_free(boundary);
-  tsolid_boundary_file_free(file);
+  cli_input_free(&file);
   fflush(stdout);
   return cli_close(context, status, CLI_PROVED);
 }

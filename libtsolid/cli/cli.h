@@ -15,6 +15,7 @@ int cli_check(int argc, char **argv);
 int cli_build(int argc, char **argv);
 int cli_report(int argc, char **argv);
 int cli_export(int argc, char **argv);
+int cli_convert(int argc, char **argv);
 
 /* ---- options -----------------------------------------------------------------------------------
  */
@@ -29,10 +30,12 @@ typedef struct cli_option {
   const char *const *choice; /* names, NULL ends them; the value is the index */
 } cli_option;
 
-/* Reads options and the one file name. Returns -1 to go on, else the exit code: help was asked for
- * and printed, or the arguments were wrong and that was said. */
+/* Reads options and the one file name (cli_parse_two: two of them). Returns -1 to go on, else the
+ * exit code: help was asked for and printed, or the arguments were wrong and that was said. */
 int cli_parse(int argc, char **argv, const char *help, const cli_option *options,
               const char **file);
+int cli_parse_two(int argc, char **argv, const char *help, const cli_option *options,
+                  const char *file[2]);
 
 /* ---- a session: context, progress, signals -----------------------------------------------------
  */
@@ -51,6 +54,21 @@ int cli_error(const char *format, ...)
     ;
 double cli_seconds(void); /* a monotonic clock */
 double cli_peak_memory_mib(void);
+
+/* ---- input files -------------------------------------------------------------------------------
+ */
+
+/* A boundary from .tsb (file), .tsm or .iga (surface), told apart by their content. */
+typedef struct cli_input {
+  tsolid_boundary_file *file;
+  tsolid_surface *surface;
+  tsolid_boundary_input boundary; /* points into one of the two */
+} cli_input;
+
+/* To be freed in any case. */
+tsolid_status cli_input_read(tsolid_context *context, const char *path, cli_input *input);
+void cli_input_free(cli_input *input);
+void cli_print_surface(const tsolid_surface *surface); /* nothing for NULL */
 
 /* ---- output files: all of them or none ---------------------------------------------------------
  */

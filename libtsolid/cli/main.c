@@ -8,12 +8,17 @@
 static const char help[] =
     "tsolid: conformal solid T-splines from the spline boundary of a part\n"
     "\n"
-    "  tsolid check IN.tsb                  is this a boundary that a solid can be built on?\n"
-    "  tsolid build IN.tsb -o OUT.tsolid    build the solid, prove it valid, report\n"
+    "  tsolid check IN                      is this a boundary that a solid can be built on?\n"
+    "  tsolid build IN -o OUT.tsolid        build the solid, prove it valid, report\n"
     "  tsolid report OUT.tsolid             measure a solid anew\n"
     "  tsolid export OUT.tsolid --vtu FILE  write it for VTK and ParaView\n"
+    "  tsolid convert IN.tsm OUT            a T-spline surface as .tsm, or as patches in .tsb\n"
     "  tsolid COMMAND --help                options of a command\n"
     "  tsolid --version\n"
+    "\n"
+    "IN is a boundary: patches or Bezier elements (.tsb), a T-spline surface (.tsm), or its "
+    "Bezier\n"
+    "elements (.iga).\n"
     "\n"
     "Exit codes: 0 the solid is proved valid (det J > 0 everywhere but at named singular points "
     "of\n"
@@ -23,8 +28,11 @@ static const char help[] =
 static const struct {
   const char *name;
   int (*run)(int argc, char **argv);
-} commands[] = {
-    {"check", cli_check}, {"build", cli_build}, {"report", cli_report}, {"export", cli_export}};
+} commands[] = {{"check", cli_check},
+                {"build", cli_build},
+                {"report", cli_report},
+                {"export", cli_export},
+                {"convert", cli_convert}};
 
 static int run(int argc, char **argv) {
   if (argc < 2) {

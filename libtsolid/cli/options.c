@@ -97,10 +97,11 @@ static int parse_option(int argc, char **argv, int *k, const cli_option *options
   return store(option, argv[++*k]);
 }
 
-int cli_parse(int argc, char **argv, const char *help, const cli_option *options,
-              const char **file) {
-  int only_files = 0;
-  *file = NULL;
+static int parse(int argc, char **argv, const char *help, const cli_option *options, int n_files,
+                 const char **file) {
+  int only_files = 0, n = 0;
+  for (int k = 0; k < n_files; k++)
+    file[k] = NULL;
   for (int k = 1; k < argc; k++) {
     const char *text = argv[k];
     if (!only_files && (strcmp(text, "--help") == 0 || strcmp(text, "-h") == 0)) {
@@ -112,11 +113,24 @@ int cli_parse(int argc, char **argv, const char *help, const cli_option *options
     } else if (!only_files && text[0] == '-' && text[1]) {
       if (!parse_option(argc, argv, &k, options))
         return CLI_FAILED;
-    } else if (*file) {
-      return cli_error("One file at a time: '%s' and '%s'", *file, text);
+    } else if (n == n_files) {
+      return n_files == 1 ? cli_error("One file at a time: '%s' and '%s'", file[0], text)
+                          : cli_error("Two files at a time, and then '%s'", text);
     } else {
-      *file = text;
+      file[n++] = text;
     }
   }
-  return *file ? -1 : cli_error("Which file? See 'tsolid %s --help'", argv[0]);
+  if (n == 0)
+    return cli_error("Which file? See 'tsolid %s --help'", argv[0]);
+  return n == n_files ? -1 : cli_error("Where to? See 'tsolid %s --help'", argv[0]);
+}
+
+int cli_parse(int argc, char **argv, const char *help, const cli_option *options,
+              const char **file) {
+  return parse(argc, argv, help, options, 1, file);
+}
+
+int cli_parse_two(int argc, char **argv, const char *help, const cli_option *options,
+                  const char *file[2]) {
+  return parse(argc, argv, help, options, 2, file);
 }
