@@ -393,6 +393,13 @@ class Boundary(_Handle):
         return cls._create(context, source.input, options, source.input.n_patches)
 
     @classmethod
+    def from_surface(cls, context, surface, tolerance=0.0):
+        """From a closed Surface, cut into six sides along its isolines."""
+        context.name_by(())
+        given = header.BoundaryInput(0, None, None, surface.handle)
+        return cls._create(context, given, (tolerance, 0, 0), 0)
+
+    @classmethod
     def _create(cls, context, given, options, n_patches):
         requirement = header.Requirement()
         handle = c_void_p()

@@ -334,6 +334,10 @@ class Statistics(ctypes.Structure):
         ("n_functions", c_int),
         ("n_inner", c_int),
         ("bezier_elements", c_int),
+        ("core_cells_of_level", c_int * 24),
+        ("analysis_suitable", c_int),
+        ("tmesh_cells", c_int),
+        ("tmesh_cells_before_closure", c_int),
     ]
 
 
@@ -462,8 +466,8 @@ FUNCTIONS = {
     "tsolid_context_clear": (None, [_handle]),
     "tsolid_release": (None, [_handle, c_void_p]),
     "tsolid_read_tsm": (c_int, [_handle, c_char_p, _handle_out]),
-    "tsolid_read_iga": (c_int, [_handle, c_char_p, _handle_out]),
     "tsolid_write_tsm": (c_int, [_handle, _handle, c_char_p]),
+    "tsolid_read_iga": (c_int, [_handle, c_char_p, _handle_out]),
     "tsolid_surface_free": (None, [_handle]),
     "tsolid_surface_get": (None, [_handle, POINTER(SurfaceView)]),
     "tsolid_surface_evaluate": (
@@ -532,6 +536,7 @@ FUNCTIONS = {
     "tsolid_write_tsb": (c_int, [_handle, POINTER(BoundaryInput), c_char_p]),
     "tsolid_write_tsolid": (c_int, [_handle, _handle, c_char_p]),
     "tsolid_read_tsolid": (c_int, [_handle, c_char_p, _handle_out]),
+    "tsolid_write_svg": (c_int, [_handle, _handle, c_char_p]),
     "tsolid_write_vtu": (c_int, [_handle, _handle, c_char_p]),
     "tsolid_write_inp": (c_int, [_handle, _handle, c_char_p]),
 }
