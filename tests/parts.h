@@ -82,7 +82,7 @@ static inline tsolid_boundary *part_boundary(tsolid_context *context, const part
     patch[side].points = points[side];
     patch[side].weights = weights[side];
   }
-  tsolid_boundary_input input = {6, patch, NULL};
+  tsolid_boundary_input input = {.n_patches = 6, .patches = patch};
   (void)tsolid_boundary_create(context, &input, NULL, NULL, &boundary);
   return boundary;
 }

@@ -514,6 +514,10 @@ typedef struct tsolid_statistics { /* table 1 of Zhang, Wang, Hughes (2012) */
   int input_nodes, input_elements;
   int tmesh_nodes, interior_extraordinary_nodes, partial_extraordinary_nodes;
   int core_cells, n_functions, n_inner, bezier_elements;
+  int core_cells_of_level[24]; /* level: how often the core was halved for a cell, by its smallest
+                                  width */
+  int analysis_suitable;       /* 1: the T-mesh was closed */
+  int tmesh_cells, tmesh_cells_before_closure; /* zero-interval ones included */
 } tsolid_statistics;
 
 typedef struct tsolid_timing { /* seconds; NaN: not run */
@@ -613,6 +617,10 @@ TSOLID_API tsolid_status tsolid_write_tsolid(tsolid_context *context, const tsol
                                              const char *path);
 TSOLID_API tsolid_status tsolid_read_tsolid(tsolid_context *context, const char *path,
                                             tsolid_solid **solid);
+/* A picture of the T-mesh in parametric space: the core's cells by level from outside, the whole
+ * with an octant cut out, the section at half height; T-junctions as dots. */
+TSOLID_API tsolid_status tsolid_write_svg(tsolid_context *context, const tsolid_space *space,
+                                          const char *path);
 /* Rational Bezier hexahedra (VTK cell 79) with the scaled Jacobian per element. */
 TSOLID_API tsolid_status tsolid_write_vtu(tsolid_context *context, const tsolid_solid *solid,
                                           const char *path);
@@ -621,6 +629,40 @@ TSOLID_API tsolid_status tsolid_write_vtu(tsolid_context *context, const tsolid_
  * region a node set and an element-face surface of its name. */
 TSOLID_API tsolid_status tsolid_write_inp(tsolid_context *context, const tsolid_hex *hex,
                                           const char *path);
+
+/* ---- Bezier extraction for other codes
+ * ---------------------------------------------------------- */
+
+/* BEXT 2.0 text: nodes, one per function, Euclidean with weight; elements with their nodes and a
+ * coefficient vector each, equal vectors stored once. */
+TSOLID_API tsolid_status tsolid_write_bext(tsolid_context *context, const tsolid_solid *solid,
+                                           const char *path);
+
+/* Trivariate Bezier extraction as BEXT 2.0 has it, of whatever origin. Element e has the functions
+ * function[k], k = function_start[e] .. function_start[e+1]-1, whose Bernstein coefficients, u[0]
+ * fastest, are coefficient[vector_start[vector[k]]] and on. Its homogeneous Bezier points are the
+ * sums of coefficients times control. */
+typedef struct tsolid_bext tsolid_bext;
+
+typedef struct tsolid_bext_view {
+  int patch, rational;
+  int n_nodes;
+  const double *nodes;   /* x, y, z, w: Euclidean, as in the file */
+  const double *control; /* wx, wy, wz, w */
+  int n_elements;
+  const int *degree; /* n_elements rows of 3 */
+  const int *function_start;
+  const int *function;
+  const int *vector;
+  int n_vectors;
+  const int *vector_start; /* n_vectors + 1 */
+  const double *coefficient;
+} tsolid_bext_view;
+
+TSOLID_API tsolid_status tsolid_read_bext(tsolid_context *context, const char *path,
+                                          tsolid_bext **bext);
+TSOLID_API void tsolid_bext_free(tsolid_bext *bext);
+TSOLID_API void tsolid_bext_get(const tsolid_bext *bext, tsolid_bext_view *view);
 
 #ifdef __cplusplus
 }

@@ -3,6 +3,7 @@
 #define _XOPEN_SOURCE 700
 #include <errno.h>
 #include <fcntl.h>
+#include <float.h>
 #include <limits.h>
 #include <locale.h>
 #include <stdio.h>
@@ -51,6 +52,22 @@ size_t tsi_number_print_within(double value, size_t room, char text[TSI_NUMBER_S
     length = (size_t)snprintf(text, TSI_NUMBER_SIZE, "%.*g", n_digits, value);
   leave_c_locale(c, previous);
   return length;
+}
+
+size_t tsi_number_print_long(long double value, char text[TSI_LONG_NUMBER_SIZE]) {
+  locale_t c, previous = enter_c_locale(&c);
+  int length = snprintf(text, TSI_LONG_NUMBER_SIZE, "%.*Lg", LDBL_DECIMAL_DIG, value);
+  leave_c_locale(c, previous);
+  return (size_t)length;
+}
+
+long double tsi_number_parse_long(const char *text, const char **end) {
+  locale_t c, previous = enter_c_locale(&c);
+  char *stop = NULL;
+  long double value = strtold(text, &stop);
+  leave_c_locale(c, previous);
+  *end = stop;
+  return value;
 }
 
 double tsi_number_parse(const char *text, const char **end) {

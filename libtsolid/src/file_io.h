@@ -8,7 +8,7 @@
 
 /* ---- numbers as text ------------------------------------------------------------------------- */
 
-enum { TSI_NUMBER_SIZE = 32 };
+enum { TSI_NUMBER_SIZE = 32, TSI_LONG_NUMBER_SIZE = 48 };
 
 /* The shortest of 15, 16 or 17 digits that reads back as the same double; finite values only.
  * Returns the length. */
@@ -17,8 +17,12 @@ size_t tsi_number_print(double value, char text[TSI_NUMBER_SIZE]);
 /* The same, with as many digits only as fit into `room` >= 8 characters. */
 size_t tsi_number_print_within(double value, size_t room, char text[TSI_NUMBER_SIZE]);
 
+/* So many digits that long double reads back the same. */
+size_t tsi_number_print_long(long double value, char text[TSI_LONG_NUMBER_SIZE]);
+
 /* Reads a number with a decimal point from zero-terminated text; *end as for strtod. */
 double tsi_number_parse(const char *text, const char **end);
+long double tsi_number_parse_long(const char *text, const char **end);
 
 /* ---- reading --------------------------------------------------------------------------------- */
 

@@ -409,6 +409,24 @@ class HexView(ctypes.Structure):
     ]
 
 
+class BextView(ctypes.Structure):
+    _fields_ = [
+        ("patch", c_int),
+        ("rational", c_int),
+        ("n_nodes", c_int),
+        ("nodes", _doubles),
+        ("control", _doubles),
+        ("n_elements", c_int),
+        ("degree", _ints),
+        ("function_start", _ints),
+        ("function", _ints),
+        ("vector", _ints),
+        ("n_vectors", c_int),
+        ("vector_start", _ints),
+        ("coefficient", _doubles),
+    ]
+
+
 STRUCTS = {
     "tsolid_finding": FindingStruct,
     "tsolid_context_options": ContextOptions,
@@ -438,6 +456,7 @@ STRUCTS = {
     "tsolid_region": RegionStruct,
     "tsolid_hex_options": HexOptions,
     "tsolid_hex_view": HexView,
+    "tsolid_bext_view": BextView,
 }
 
 OPAQUE = (
@@ -449,6 +468,7 @@ OPAQUE = (
     "tsolid_space",
     "tsolid_solid",
     "tsolid_hex",
+    "tsolid_bext",
 )
 
 _handle = c_void_p
@@ -539,4 +559,8 @@ FUNCTIONS = {
     "tsolid_write_svg": (c_int, [_handle, _handle, c_char_p]),
     "tsolid_write_vtu": (c_int, [_handle, _handle, c_char_p]),
     "tsolid_write_inp": (c_int, [_handle, _handle, c_char_p]),
+    "tsolid_write_bext": (c_int, [_handle, _handle, c_char_p]),
+    "tsolid_read_bext": (c_int, [_handle, c_char_p, _handle_out]),
+    "tsolid_bext_free": (None, [_handle]),
+    "tsolid_bext_get": (None, [_handle, POINTER(BextView)]),
 }
