@@ -200,25 +200,11 @@ TSOLID_API tsolid_status tsolid_surface_patches(tsolid_context *context,
 
 /* ---- the input boundary --------------------------------------------------------------------- */
 
-/* A NURBS surface patch
- *   S(u,v) = sum_ij w_ij P_ij N_i(u) M_j(v) / sum_ij w_ij N_i(u) M_j(v),
- * clamped at both ends of both directions. Control point (i, j) is row i + n_control[0]*j. */
-typedef struct tsolid_patch {
-  int degree[2];              /* 1..25 */
-  int n_control[2];           /* >= degree + 1 */
-  const double *knots[2];     /* n_control + degree + 1 each, non-decreasing */
-  const double *points;       /* Euclidean, n_control[0]*n_control[1] rows of 3 */
-  const double *weights;      /* positive, or NULL for all one */
-  const char *name;           /* how findings call it ("Face3"); NULL: "patch k" */
-  const char *border_name[4]; /* v low, u high, v high, u low ("Edge7"); NULL allowed */
-  const char *corner_name[4]; /* (u,v) = 00, 10, 11, 01 ("Vertex2"); NULL allowed */
-  double border_tolerance[4]; /* B-rep tolerance of each border; 0: the option's */
-} tsolid_patch;
-
-/* A side given as Bezier elements, blind to the spline technology behind it. Element e is the box
- * [box[4e], box[4e+1]] x [box[4e+2], box[4e+3]] of (s,t); its functions are function[k],
+/* A side or patch given as Bezier elements, blind to the spline technology behind it. Element e is
+ * the box [box[4e], box[4e+1]] x [box[4e+2], box[4e+3]] of (s,t); its functions are function[k],
  * k = function_start[e] .. function_start[e+1]-1, each with (degree[0]+1)*(degree[1]+1) Bernstein
- * coefficients, s fastest, at coefficient[k*(degree[0]+1)*(degree[1]+1)]. */
+ * coefficients, s fastest, at coefficient[k*(degree[0]+1)*(degree[1]+1)]. The boxes tile the unit
+ * square. */
 typedef struct tsolid_bezier_side {
   int degree[2];
   int n_elements;
@@ -227,6 +213,46 @@ typedef struct tsolid_bezier_side {
   const int *function;
   const double *coefficient;
 } tsolid_bezier_side;
+
+/* A T-spline patch: function k is N_k(u) M_k(v), B-splines with the local knots
+ * knots[d][k*(degree[d]+2)] .. knots[d][k*(degree[d]+2) + degree[d]+1], on domain[0] <= u <=
+ * domain[1], domain[2] <= v <= domain[3], which knots may lie outside of. Its control point is row
+ * point[k] of the input's points. The surface is sum P_k N_k M_k in homogeneous points: the sum of
+ * the functions need not be one. */
+typedef struct tsolid_tspline {
+  int degree[2];
+  int n_functions;
+  const int *point;
+  const double *knots[2];
+  double domain[4];
+} tsolid_tspline;
+
+/* A patch, in one of three forms. As a NURBS surface
+ *   S(u,v) = sum_ij w_ij P_ij N_i(u) M_j(v) / sum_ij w_ij N_i(u) M_j(v),
+ * clamped at both ends of both directions; control point (i, j) is row i + n_control[0]*j. As a
+ * T-spline, or as Bezier elements: their functions are rows of the input's points, and the same row
+ * in two patches is one function that lives on both; all from `degree` to `weights` is unused. */
+typedef struct tsolid_patch {
+  int degree[2];                    /* 1..25 */
+  int n_control[2];                 /* >= degree + 1 */
+  const double *knots[2];           /* n_control + degree + 1 each, non-decreasing */
+  const double *points;             /* Euclidean, n_control[0]*n_control[1] rows of 3 */
+  const double *weights;            /* positive, or NULL for all one */
+  const char *name;                 /* how findings call it ("Face3"); NULL: "patch k" */
+  const char *border_name[4];       /* v low, u high, v high, u low ("Edge7"); NULL allowed */
+  const char *corner_name[4];       /* (u,v) = 00, 10, 11, 01 ("Vertex2"); NULL allowed */
+  double border_tolerance[4];       /* B-rep tolerance of each border; 0: the option's */
+  const tsolid_tspline *tspline;    /* NULL: not this form */
+  const tsolid_bezier_side *bezier; /* the same */
+} tsolid_patch;
+
+/* Border border[0] of patch[0] and border[1] of patch[1], where the surface is meant to be smooth:
+ * all functions agree across it up to derivatives of this order in the patches' own parameters.
+ * Verified, and refused where it does not hold; it changes nothing. */
+typedef struct tsolid_smooth_seam {
+  int patch[2], border[2];
+  int order; /* >= 1 */
+} tsolid_smooth_seam;
 
 typedef struct tsolid_bezier_boundary {
   int n_functions;
@@ -239,6 +265,10 @@ typedef struct tsolid_boundary_input { /* one of the three */
   const tsolid_patch *patches;
   const tsolid_bezier_boundary *bezier;
   const tsolid_surface *surface; /* closed; is cut into six sides along isolines */
+  int n_points;                  /* of T-spline and Bezier patches */
+  const double *points;          /* homogeneous, rows of 4 */
+  int n_smooth;
+  const tsolid_smooth_seam *smooth;
 } tsolid_boundary_input;
 
 typedef struct tsolid_boundary_options { /* all zero = default */

@@ -56,8 +56,7 @@ static void evaluate_border(side_points *from, int b, double x, double point[3])
                 point);
 }
 
-static void measure_facet(side_points *from, const double origin[3], double tolerance,
-                          const char *name, tsi_facet *facet) {
+static void measure_facet(side_points *from, const double origin[3], tsi_facet *facet) {
   enum { N_STEPS = 16 };
   for (int b = 0; b < 4; b++) {
     double previous[3], point[3];
@@ -72,7 +71,6 @@ static void measure_facet(side_points *from, const double origin[3], double tole
         memcpy(facet->sample[b][i / 4 - 1], point, sizeof point);
       memcpy(previous, point, sizeof point);
     }
-    facet->tolerance[b] = tolerance;
   }
   evaluate_side(from, 0.5, 0.5, facet->centre);
   for (int e = 0; e < from->side->n_elements; e++) {
@@ -83,16 +81,25 @@ static void measure_facet(side_points *from, const double origin[3], double tole
     facet->area += area;
     facet->flux += flux;
   }
-  facet->name = name;
 }
 
-static tsolid_status make_facets(tsolid_context *context, tsi_arena *arena, int n_functions,
-                                 const double *points, const tsi_side side[6], double tolerance,
-                                 tsi_facet facet[6]) {
+tsolid_status tsi_side_measure(tsolid_context *context, const double *points, const tsi_side *side,
+                               const double origin[3], tsi_facet *facet) {
+  tsi_arena arena = tsi_arena_create(context);
+  side_points *from = tsi_arena_new(&arena, 1, sizeof *from);
+  tsolid_status status = from ? TSOLID_OK : tsi_no_memory(context, stage);
+  if (from) {
+    from->side = side;
+    from->points = points;
+    measure_facet(from, origin, facet);
+  }
+  tsi_arena_free(&arena);
+  return status;
+}
+
+static tsolid_status make_facets(tsolid_context *context, int n_functions, const double *points,
+                                 const tsi_side side[6], double tolerance, tsi_facet facet[6]) {
   static const char *const name[6] = {"side 0", "side 1", "side 2", "side 3", "side 4", "side 5"};
-  side_points *from = tsi_arena_new(arena, 1, sizeof *from);
-  if (!from)
-    return tsi_no_memory(context, stage);
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
   double middle[3];
   for (size_t i = 0; i < (size_t)n_functions; i++)
@@ -102,12 +109,14 @@ static tsolid_status make_facets(tsolid_context *context, tsi_arena *arena, int 
     }
   for (int c = 0; c < 3; c++)
     middle[c] = low[c] + 0.5 * (high[c] - low[c]);
-  from->points = points;
-  for (int i = 0; i < 6; i++) {
-    from->side = &side[i];
-    measure_facet(from, middle, tolerance, name[i], &facet[i]);
+  tsolid_status status = TSOLID_OK;
+  for (int i = 0; !status && i < 6; i++) {
+    status = tsi_side_measure(context, points, &side[i], middle, &facet[i]);
+    facet[i].name = name[i];
+    for (int b = 0; b < 4; b++)
+      facet[i].tolerance[b] = tolerance;
   }
-  return TSOLID_OK;
+  return status;
 }
 
 /* Parameters are kept as multiples of 2^-53, on which 1 - x is exact. */
@@ -117,8 +126,8 @@ static void flip_interval(int flip, const double from[2], double to[2]) {
   to[1] = flip ? 1.0 - low : high;
 }
 
-static tsolid_status move_side(tsolid_context *context, tsi_arena *arena, const tsi_side *from,
-                               const tsi_place *place, tsi_side *to) {
+tsolid_status tsi_side_move(tsolid_context *context, tsi_arena *arena, const tsi_side *from,
+                            const tsi_place *place, tsi_side *to) {
   size_t n = (size_t)from->n_elements, n_entries = (size_t)from->function_start[n];
   size_t n0 = (size_t)from->degree[0] + 1, n1 = (size_t)from->degree[1] + 1, width = n0 * n1;
   *to = *from;
@@ -161,7 +170,7 @@ tsolid_status tsi_draft_from_bezier(tsolid_context *context, tsi_arena *arena,
   }
   tsolid_status status = tsi_sides_check(context, input->n_functions, input->points, side, 0);
   if (!status)
-    status = make_facets(context, arena, input->n_functions, input->points, side, tolerance, facet);
+    status = make_facets(context, input->n_functions, input->points, side, tolerance, facet);
   if (!status)
     status = tsi_cube_find(context, arena, 6, facet, requirement, &cube);
   if (status)
@@ -174,7 +183,8 @@ tsolid_status tsi_draft_from_bezier(tsolid_context *context, tsi_arena *arena,
   for (size_t i = 0; i < n; i++)
     draft->points[i] = input->points[i] + 0.0;
   for (int i = 0; !status && i < 6; i++)
-    status = move_side(context, arena, &side[cube.place[i]->facet], cube.place[i], &draft->side[i]);
+    status =
+        tsi_side_move(context, arena, &side[cube.place[i]->facet], cube.place[i], &draft->side[i]);
   if (!status)
     status = tsi_sides_check(context, draft->n_functions, draft->points, draft->side, 1);
   return status;

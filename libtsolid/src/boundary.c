@@ -111,8 +111,8 @@ static void evaluate_point(const tsi_patch *patch, double u, double v, double x[
   project(h, x);
 }
 
-static void make_facet(const tsolid_patch *source, const tsi_patch *patch, double tolerance,
-                       const double origin[3], tsi_facet *facet) {
+static void make_facet(const tsolid_patch *source, const tsi_patch *patch, const double origin[3],
+                       tsi_facet *facet) {
   size_t n0 = (size_t)patch->n[0], n1 = (size_t)patch->n[1];
   size_t at[4] = {0, n0 - 1, n0 * n1 - 1, n0 * (n1 - 1)};
   for (int b = 0; b < 4; b++) {
@@ -124,21 +124,36 @@ static void make_facet(const tsolid_patch *source, const tsi_patch *patch, doubl
                      b & 1 ? along : (b == 2 ? 1.0 : 0.0), facet->sample[b][i]);
     }
     facet->length[b] = measure_border(patch, b);
+  }
+  evaluate_point(patch, 0.5, 0.5, facet->centre);
+  tsi_patch_measure(patch, origin, &facet->area, &facet->flux);
+}
+
+static void name_facet(const tsolid_patch *source, double tolerance, tsi_facet *facet) {
+  facet->name = source->name;
+  for (int b = 0; b < 4; b++) {
     facet->tolerance[b] = fmax(tolerance, source->border_tolerance[b]);
     facet->border_name[b] = source->border_name[b];
     facet->corner_name[b] = source->corner_name[b];
   }
-  evaluate_point(patch, 0.5, 0.5, facet->centre);
-  tsi_patch_measure(patch, origin, &facet->area, &facet->flux);
-  facet->name = source->name;
+}
+
+static int has_form(const tsolid_patch *patch) {
+  return patch->tspline || patch->bezier;
 }
 
 /* Middle of the bounding box of all control points: fluxes about it cancel least. */
 static void find_middle(const tsolid_boundary_input *input, double middle[3]) {
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+  for (size_t i = 0; i < (size_t)input->n_points; i++)
+    for (size_t c = 0; c < 3; c++) {
+      double x = input->points[4 * i + c] / input->points[4 * i + 3];
+      low[c] = fmin(low[c], x);
+      high[c] = fmax(high[c], x);
+    }
   for (int k = 0; k < input->n_patches; k++) {
     const tsolid_patch *patch = &input->patches[k];
-    size_t n = (size_t)patch->n_control[0] * (size_t)patch->n_control[1];
+    size_t n = has_form(patch) ? 0 : (size_t)patch->n_control[0] * (size_t)patch->n_control[1];
     for (size_t i = 0; i < n; i++)
       for (size_t c = 0; c < 3; c++) {
         low[c] = fmin(low[c], patch->points[3 * i + c]);
@@ -152,29 +167,54 @@ static void find_middle(const tsolid_boundary_input *input, double middle[3]) {
 /* ---- facets to the shell ----------------------------------------------------------------------
  */
 
+/* The patches of the input as they are: each is of one of three kinds (see tsi_shell). */
+typedef struct patch_list {
+  int n;
+  tsi_patch *patch;
+  tsi_tspline *tspline;
+  tsi_side *elements;
+  tsi_facet *facet;
+} patch_list;
+
+static tsolid_status place_patch(tsolid_context *context, tsi_arena *arena, const patch_list *from,
+                                 const tsi_place *place, int p, tsi_shell *shell) {
+  int k = place->facet, placed = 1;
+  shell->place[p] = place;
+  shell->moebius[p][0] = shell->moebius[p][1] = 1.0;
+  if (from->patch[k].n[0])
+    placed = tsi_patch_orient(arena, &from->patch[k], place->flip, place->swap, &shell->patch[p]);
+  else if (from->tspline[k].n)
+    placed =
+        tsi_tspline_orient(arena, &from->tspline[k], place->flip, place->swap, &shell->tspline[p]);
+  else
+    return tsi_side_move(context, arena, &from->elements[k], place, &shell->elements[p]);
+  return placed ? TSOLID_OK : tsi_no_memory(context, stage);
+}
+
 static tsolid_status place_patches(tsolid_context *context, tsi_arena *arena, const tsi_cube *cube,
-                                   const tsi_patch *patch, const tsi_facet *facet, int n,
+                                   const patch_list *from, const tsolid_boundary_input *input,
                                    tsi_shell *shell) {
-  shell->facet = facet;
+  int n = from->n, first_point = tsi_shell_add_points(arena, shell, input->n_points);
+  shell->facet = from->facet;
   shell->patch = tsi_arena_new(arena, (size_t)n, sizeof *shell->patch);
   shell->place = tsi_arena_new(arena, (size_t)n, sizeof *shell->place);
   shell->moebius = tsi_arena_new(arena, (size_t)n, sizeof *shell->moebius);
   shell->tspline = tsi_arena_new(arena, (size_t)n, sizeof *shell->tspline);
   shell->elements = tsi_arena_new(arena, (size_t)n, sizeof *shell->elements);
-  if (!shell->patch || !shell->tspline || !shell->elements || !shell->place || !shell->moebius)
+  if (!shell->patch || !shell->tspline || !shell->elements || !shell->place || !shell->moebius ||
+      first_point < 0)
     return tsi_no_memory(context, stage);
+  for (size_t i = 0; i < 4 * (size_t)input->n_points; i++)
+    shell->control[i] = input->points[i] + 0.0; /* no -0 */
   memcpy(shell->n_strips, cube->n_strips, sizeof shell->n_strips);
   int p = 0;
   for (int side = 0; side < 6; side++) {
     int count = shell->n_strips[tsi_side_s(side)] * shell->n_strips[tsi_side_t(side)];
     shell->first[side] = p;
     for (int i = 0; i < count; i++, p++) {
-      const tsi_place *place = &cube->place[side][i];
-      shell->place[p] = place;
-      shell->moebius[p][0] = shell->moebius[p][1] = 1.0;
-      if (!tsi_patch_orient(arena, &patch[place->facet], place->flip, place->swap,
-                            &shell->patch[p]))
-        return tsi_no_memory(context, stage);
+      tsolid_status status = place_patch(context, arena, from, &cube->place[side][i], p, shell);
+      if (status)
+        return status;
     }
   }
   shell->first[6] = p;
@@ -202,8 +242,7 @@ static tsolid_status record_placements(tsolid_context *context, const tsi_shell 
                                 .flip = {place->flip[0], place->flip[1]},
                                 .box = {line_s[0], line_s[1], line_t[0], line_t[1]}};
       for (int d = 0; d < 2; d++) {
-        out->domain[2 * d] = source->knots[d][0];
-        out->domain[2 * d + 1] = source->knots[d][source->n_control[d] + source->degree[d]];
+        tsi_form_domain(source, d, out->domain + 2 * d);
         double a = shell->moebius[p][place->swap ? 1 - d : d];
         out->moebius[d] = place->flip[d] ? 1.0 / a : a;
       }
@@ -369,28 +408,71 @@ static tsolid_status finish_draft(tsolid_context *context, tsi_arena *arena, con
 /* ---- the driver --------------------------------------------------------------------------------
  */
 
+/* All T-splines and Bezier elements take the input's points, and every point is taken. */
+static tsolid_status vet_points(tsolid_context *context, tsi_arena *arena,
+                                const tsolid_boundary_input *input, const patch_list *list) {
+  int n = input->n_points;
+  unsigned char *used = tsi_arena_new(arena, (size_t)n, 1);
+  if (!used)
+    return tsi_no_memory(context, stage);
+  for (int k = 0; k < list->n; k++) {
+    const tsi_side *e = &list->elements[k];
+    for (int i = 0; e->n_elements && i < e->function_start[e->n_elements]; i++)
+      used[e->function[i]] = 1;
+  }
+  for (int i = 0; i < n; i++)
+    if (!used[i]) {
+      tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_INPUT, stage);
+      finding.entity = TSOLID_ENTITY_FUNCTION;
+      finding.index[0] = i;
+      return tsi_report(context, &finding, "Point %d is of no function of a patch", i);
+    }
+  return TSOLID_OK;
+}
+
+static tsolid_status read_patch(tsolid_context *context, tsi_arena *arena,
+                                const tsolid_boundary_input *input, int k, patch_list *list) {
+  if (has_form(&input->patches[k]))
+    return tsi_form_read(context, arena, input, k, &list->tspline[k], &list->elements[k]);
+  tsolid_status status = tsi_patch_vet(context, &input->patches[k], k);
+  if (!status && !tsi_patch_read(arena, &input->patches[k], &list->patch[k]))
+    status = tsi_no_memory(context, stage);
+  return status;
+}
+
 static tsolid_status read_patches(tsolid_context *context, tsi_arena *arena,
                                   const tsolid_boundary_input *input, double tolerance,
-                                  tsi_patch **patch, tsi_facet **facet) {
+                                  patch_list *list) {
   int n = input->n_patches;
   double middle[3];
   tsolid_status status = TSOLID_OK;
-  for (int k = 0; k < n; k++)
-    if (tsi_patch_vet(context, &input->patches[k], k))
-      status = TSOLID_ERROR_INPUT;
+  *list = (patch_list){.n = n,
+                       .patch = tsi_arena_new(arena, (size_t)n, sizeof *list->patch),
+                       .tspline = tsi_arena_new(arena, (size_t)n, sizeof *list->tspline),
+                       .elements = tsi_arena_new(arena, (size_t)n, sizeof *list->elements),
+                       .facet = tsi_arena_new(arena, (size_t)n, sizeof *list->facet)};
+  if (!list->patch || !list->tspline || !list->elements || !list->facet)
+    return tsi_no_memory(context, stage);
+  if (input->n_points)
+    status = tsi_points_check(context, input->n_points, input->points);
+  for (int k = 0; k < n && (!status || status == TSOLID_ERROR_INPUT); k++) {
+    tsolid_status own = read_patch(context, arena, input, k, list);
+    status = own ? own : status;
+  }
+  if (!status)
+    status = vet_points(context, arena, input, list);
   if (status)
     return status;
-  *patch = tsi_arena_new(arena, (size_t)n, sizeof **patch);
-  *facet = tsi_arena_new(arena, (size_t)n, sizeof **facet);
-  if (!*patch || !*facet)
-    return tsi_no_memory(context, stage);
   find_middle(input, middle);
-  for (int k = 0; k < n; k++) {
-    if (!tsi_patch_read(arena, &input->patches[k], &(*patch)[k]))
-      return tsi_no_memory(context, stage);
-    make_facet(&input->patches[k], &(*patch)[k], tolerance, middle, &(*facet)[k]);
+  for (int k = 0; !status && k < n; k++) {
+    tsi_facet *facet = &list->facet[k];
+    if (list->patch[k].n[0])
+      make_facet(&input->patches[k], &list->patch[k], middle, facet);
+    else
+      status = tsi_side_measure(context, input->points, &list->elements[k], middle, facet);
+    name_facet(&input->patches[k], tolerance, facet);
   }
-  return TSOLID_OK;
+  return status;
 }
 
 static tsolid_status create_from_patches(tsolid_context *context, tsi_arena *arena,
@@ -398,19 +480,18 @@ static tsolid_status create_from_patches(tsolid_context *context, tsi_arena *are
                                          const tsolid_boundary_options *options, double tolerance,
                                          tsolid_requirement *requirement,
                                          tsolid_boundary **boundary) {
-  tsi_patch *patch = NULL;
-  tsi_facet *facet = NULL;
+  patch_list list;
   tsi_cube cube;
   tsi_shell shell = {.patch = NULL};
   tsi_draft draft = {.points = NULL};
   tsolid_preparation preparation = {.knot_merge = 0.0};
-  tsolid_status status = read_patches(context, arena, input, tolerance, &patch, &facet);
+  tsolid_status status = read_patches(context, arena, input, tolerance, &list);
   if (!status)
-    status = tsi_cube_find(context, arena, input->n_patches, facet, requirement, &cube);
+    status = tsi_cube_find(context, arena, input->n_patches, list.facet, requirement, &cube);
   if (!status)
     status = tsi_progress(context, stage, 0.3);
   if (!status)
-    status = place_patches(context, arena, &cube, patch, facet, input->n_patches, &shell);
+    status = place_patches(context, arena, &cube, &list, input, &shell);
   int n_findings = context->n_findings;
   if (!status)
     status = tsi_shell_match_parameters(context, arena, &shell, &preparation);
@@ -424,14 +505,16 @@ static tsolid_status create_from_patches(tsolid_context *context, tsi_arena *are
     status = tsi_shell_match_weights(context, arena, &shell, &preparation);
   if (!status)
     status = tsi_shell_snap(context, arena, &shell, &preparation);
+  if (!status)
+    status = tsi_shell_draft(context, arena, &shell, input, &preparation, &draft);
   if (status && requirement->satisfied) { /* borders matched, but not point by point */
     requirement->satisfied = 0;
     requirement->n_violations += context->n_findings - n_findings;
   }
   if (!status)
     status = tsi_progress(context, stage, 0.6);
-  if (!status)
-    status = tsi_shell_draft(context, arena, &shell, &draft);
+  if (!status && input->n_points) /* what the input's own functions are */
+    status = tsi_sides_check(context, draft.n_functions, draft.points, draft.side, 1);
   if (!status)
     status = finish_draft(context, arena, &draft, boundary);
   if (!status)
@@ -466,6 +549,24 @@ static tsolid_status create_from_bezier(tsolid_context *context, tsi_arena *aren
   return status;
 }
 
+static tsolid_status check_forms(tsolid_context *context, const tsolid_boundary_input *input,
+                                 const tsolid_boundary_options *options) {
+  int n_forms = 0;
+  for (int k = 0; k < input->n_patches; k++)
+    n_forms += has_form(&input->patches[k]);
+  if (n_forms && (options->refine_knots || options->raise_degree))
+    return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
+                    "Only NURBS patches can be refined, not T-splines or Bezier elements");
+  if (!n_forms != !input->n_points || !input->n_points != !input->points || input->n_points < 0)
+    return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
+                    "There are %d points for %d T-spline or Bezier patches", input->n_points,
+                    n_forms);
+  if (input->n_smooth < 0 || !input->n_smooth != !input->smooth)
+    return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage, "There are %d smooth seams",
+                    input->n_smooth);
+  return TSOLID_OK;
+}
+
 static tsolid_status check_arguments(tsolid_context *context, const tsolid_boundary_input *input,
                                      const tsolid_boundary_options *options) {
   if (!input || (input->bezier != NULL) + (input->patches != NULL) + (input->surface != NULL) != 1)
@@ -486,7 +587,7 @@ static tsolid_status check_arguments(tsolid_context *context, const tsolid_bound
   if (!input->patches && (options->refine_knots || options->raise_degree))
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
                     "Only NURBS patches can be refined, not Bezier elements");
-  return TSOLID_OK;
+  return input->patches ? check_forms(context, input, options) : TSOLID_OK;
 }
 
 tsolid_status tsolid_boundary_create(tsolid_context *context, const tsolid_boundary_input *input,

@@ -67,14 +67,58 @@ tsolid_status tsi_shell_snap(tsolid_context *context, tsi_arena *arena, tsi_shel
 size_t tsi_lattice_id(const size_t n[3], const size_t x[3]);
 double tsi_lattice_count(const size_t n[3]);
 
+/* T-spline and Bezier patches of the input in their own orientation: checked, with their elements.
+ * The patch's form is its tspline (n > 0) or else its elements. */
+tsolid_status tsi_form_read(tsolid_context *context, tsi_arena *arena,
+                            const tsolid_boundary_input *input, int k, tsi_tspline *tspline,
+                            tsi_side *elements);
+/* Bounds of the patch's own parameter in direction d. */
+void tsi_form_domain(const tsolid_patch *patch, int d, double domain[2]);
+
+/* Joins the functions (tsi_join_functions) of the two sides of all seams that are not rows, where
+ * their values on the seam and their control points agree, and refuses seams with other functions.
+ * Needs the elements of all patches. */
+tsolid_status tsi_shell_match_functions(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
+                                        int *parent, tsolid_preparation *preparation);
+/* Refuses seams that are not as smooth as the input says. */
+tsolid_status tsi_shell_check_smooth(tsolid_context *context, tsi_arena *arena,
+                                     const tsi_shell *shell, const tsolid_boundary_input *input,
+                                     int *parent);
+/* parent[i] of control point i: a forest; one function where the roots are one. */
+int tsi_find_function(int *parent, int i);
+void tsi_join_functions(int *parent, int a, int b);
+
 /* Strip widths, then Bezier elements and functions. */
 tsolid_status tsi_shell_draft(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
+                              const tsolid_boundary_input *input, tsolid_preparation *preparation,
                               tsi_draft *draft);
 
 /* Checks six Bezier sides, finds the cube in them and moves them to their places. */
 tsolid_status tsi_draft_from_bezier(tsolid_context *context, tsi_arena *arena,
                                     const tsolid_bezier_boundary *input, double tolerance,
                                     tsolid_requirement *requirement, tsi_draft *draft);
+
+/* How findings call a side or a patch of Bezier elements. */
+typedef struct tsi_side_label {
+  tsolid_entity entity;
+  int index;
+  char text[TSI_NAME_SIZE];
+} tsi_side_label;
+
+/* Sizes, functions and coefficients, and that the elements tile the unit square. last_use: per
+ * function, the number of the last element that names it; elements are numbered from first_element
+ * > 0 on. */
+tsolid_status tsi_side_check(tsolid_context *context, tsi_arena *arena, const tsi_side_label *label,
+                             int n_functions, const tsi_side *side, int first_element,
+                             int *last_use);
+tsolid_status tsi_points_check(tsolid_context *context, int n, const double *points);
+
+/* What the check of the cube needs to know of a side, or patch, of Bezier elements. */
+tsolid_status tsi_side_measure(tsolid_context *context, const double *points, const tsi_side *side,
+                               const double origin[3], tsi_facet *facet);
+/* The side with its parameters reversed as flip says, then exchanged. */
+tsolid_status tsi_side_move(tsolid_context *context, tsi_arena *arena, const tsi_side *from,
+                            const tsi_place *place, tsi_side *to);
 
 /* Every invariant of sides; see tsi_boundary_validate. Isolines only make sense in canonical
  * position. */

@@ -165,17 +165,24 @@ static tsolid_status build_elements(tsolid_context *context, tsi_arena *arena, t
 /* ---- functions --------------------------------------------------------------------------------
  */
 
-static int find_root(int *parent, int i) {
+int tsi_find_function(int *parent, int i) {
   while (parent[i] != i)
     i = parent[i] = parent[parent[i]];
   return i;
 }
 
-static void join_functions(int *parent, int a, int b) {
-  a = find_root(parent, a);
-  b = find_root(parent, b);
+void tsi_join_functions(int *parent, int a, int b) {
+  a = tsi_find_function(parent, a);
+  b = tsi_find_function(parent, b);
   if (a != b)
     parent[a > b ? a : b] = a > b ? b : a;
+}
+
+static int compare_points(const double a[4], const double b[4]) {
+  for (int c = 0; c < 4; c++)
+    if (a[c] != b[c])
+      return a[c] < b[c] ? -1 : 1;
+  return 0;
 }
 
 /* number[row of shell->control]: of the function, -1 where there is none. */
@@ -187,7 +194,7 @@ static tsolid_status number_functions(tsolid_context *context, tsi_arena *arena,
   for (int p = 0; p < shell->first[6]; p++) {
     const tsi_side *e = &shell->elements[p];
     for (int k = 0; k < e->function_start[e->n_elements]; k++) {
-      int root = find_root(parent, e->function[k]);
+      int root = tsi_find_function(parent, e->function[k]);
       if (number[root] < 0)
         number[root] = n++;
     }
@@ -198,12 +205,15 @@ static tsolid_status number_functions(tsolid_context *context, tsi_arena *arena,
   draft->points = tsi_arena_new(arena, (size_t)n, 4 * sizeof *draft->points);
   if (!draft->points)
     return tsi_no_memory(context, stage);
+  for (int i = 0; i < shell->n_control; i++) { /* of several the least */
+    const double *own = shell->control + 4 * (size_t)i;
+    int root = tsi_find_function(parent, i);
+    double *to = draft->points + 4 * (size_t)(number[root] >= 0 ? number[root] : 0);
+    if (number[root] >= 0 && (root == i || compare_points(own, to) < 0))
+      memcpy(to, own, 4 * sizeof *to);
+  }
   for (int i = 0; i < shell->n_control; i++)
-    if (number[i] >= 0)
-      memcpy(draft->points + 4 * (size_t)number[i], shell->control + 4 * (size_t)i,
-             4 * sizeof *draft->points);
-  for (int i = 0; i < shell->n_control; i++)
-    number[i] = number[find_root(parent, i)];
+    number[i] = number[tsi_find_function(parent, i)];
   return TSOLID_OK;
 }
 
@@ -284,6 +294,7 @@ static tsolid_status add_patch(tsolid_context *context, side_builder *b, int p, 
 }
 
 tsolid_status tsi_shell_draft(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
+                              const tsolid_boundary_input *input, tsolid_preparation *preparation,
                               tsi_draft *draft) {
   int n_seams;
   tsi_seam *list = tsi_seams_list(arena, shell, &n_seams);
@@ -294,14 +305,18 @@ tsolid_status tsi_shell_draft(tsolid_context *context, tsi_arena *arena, tsi_she
     return tsi_no_memory(context, stage);
   for (int i = 0; i < shell->n_control; i++)
     parent[i] = i;
-  tsolid_status status = place_strips(context, arena, shell);
+  tsolid_status status = build_elements(context, arena, shell);
   if (!status)
-    status = build_elements(context, arena, shell);
+    status = place_strips(context, arena, shell);
   for (int i = 0; !status && i < n_seams; i++) {
     tsi_row row[2] = {tsi_seam_row(shell, &list[i], 0), tsi_seam_row(shell, &list[i], 1)};
     for (int m = 0; row[0].n && m < row[1].n; m++)
-      join_functions(parent, row[0].at[m], row[1].at[m]);
+      tsi_join_functions(parent, row[0].at[m], row[1].at[m]);
   }
+  if (!status)
+    status = tsi_shell_match_functions(context, arena, shell, parent, preparation);
+  if (!status && input->n_smooth)
+    status = tsi_shell_check_smooth(context, arena, shell, input, parent);
   if (!status)
     status = number_functions(context, arena, shell, parent, number, draft);
   for (int side = 0; !status && side < 6; side++) {

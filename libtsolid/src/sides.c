@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
  * The slow checker of Bezier sides: for untrusted files, for input that comes as Bezier elements,
  * and for the tests. */
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "bernstein.h"
@@ -22,8 +23,8 @@ static tsolid_finding side_finding(tsolid_entity entity, int a, int b) {
 /* ---- points -----------------------------------------------------------------------------------
  */
 
-static tsolid_status check_points(tsolid_context *context, int n, const double *points) {
-  if (n < 8 || n > TSI_MAX_COUNT / 16 || !points)
+tsolid_status tsi_points_check(tsolid_context *context, int n, const double *points) {
+  if (n < 1 || n > TSI_MAX_COUNT / 16 || !points)
     return tsi_fail(context, TSOLID_ERROR_INPUT, stage, "A boundary of %d functions is none", n);
   for (int i = 0; i < n; i++) {
     const double *h = points + 4 * (size_t)i;
@@ -44,45 +45,46 @@ static tsolid_status check_points(tsolid_context *context, int n, const double *
 /* ---- elements ---------------------------------------------------------------------------------
  */
 
-static tsolid_status check_sizes(tsolid_context *context, int number, int n_functions,
+static tsolid_status check_sizes(tsolid_context *context, const tsi_side_label *of, int n_functions,
                                  const tsi_side *side) {
-  tsolid_finding finding = side_finding(TSOLID_ENTITY_SIDE, number, 0);
+  tsolid_finding finding = side_finding(of->entity, of->index, 0);
   for (int d = 0; d < 2; d++)
     if (side->degree[d] < 1 || side->degree[d] > TSI_MAX_DEGREE)
-      return tsi_report(context, &finding, "Side %d has degree %d, not one of 1 to %d", number,
+      return tsi_report(context, &finding, "%s has degree %d, not one of 1 to %d", of->text,
                         side->degree[d], (int)TSI_MAX_DEGREE);
   if (side->n_elements < 1 || side->n_elements > TSI_MAX_COUNT / 16)
-    return tsi_report(context, &finding, "Side %d has %d elements", number, side->n_elements);
+    return tsi_report(context, &finding, "%s has %d elements", of->text, side->n_elements);
   if (!side->box || !side->function_start || !side->function || !side->coefficient)
-    return tsi_report(context, &finding, "Side %d has no boxes, functions or coefficients", number);
+    return tsi_report(context, &finding, "%s has no boxes, functions or coefficients", of->text);
   double width = (side->degree[0] + 1.0) * (side->degree[1] + 1.0);
   if (side->function_start[0] != 0)
-    return tsi_report(context, &finding, "The functions of side %d do not start at 0", number);
+    return tsi_report(context, &finding, "The functions of %s do not start at 0", of->text);
   for (int e = 0; e < side->n_elements; e++) {
     int first = side->function_start[e], end = side->function_start[e + 1];
     if (end <= first || end - first > n_functions || end * width > TSI_MAX_COUNT)
       return tsi_report(context, &finding,
-                        "Element %d of side %d has functions %d to %d, which cannot be", e, number,
+                        "Element %d of %s has functions %d to %d, which cannot be", e, of->text,
                         first, end);
   }
   return TSOLID_OK;
 }
 
 /* last_use[f] = the element, numbered through all sides from 1, that named f last. */
-static tsolid_status check_functions(tsolid_context *context, int number, int n_functions,
-                                     const tsi_side *side, int first_element, int *last_use) {
+static tsolid_status check_functions(tsolid_context *context, const tsi_side_label *of,
+                                     int n_functions, const tsi_side *side, int first_element,
+                                     int *last_use) {
   size_t width = (size_t)(side->degree[0] + 1) * (size_t)(side->degree[1] + 1);
   for (int e = 0; e < side->n_elements; e++) {
-    tsolid_finding finding = side_finding(TSOLID_ENTITY_ELEMENT, number, e);
+    tsolid_finding finding = side_finding(TSOLID_ENTITY_ELEMENT, of->index, e);
     int first = side->function_start[e], end = side->function_start[e + 1];
     for (int k = first; k < end; k++) {
       int f = side->function[k];
       if (f < 0 || f >= n_functions)
-        return tsi_report(context, &finding, "Element %d of side %d names function %d of %d", e,
-                          number, f, n_functions);
+        return tsi_report(context, &finding, "Element %d of %s names function %d of %d", e,
+                          of->text, f, n_functions);
       if (last_use[f] == first_element + e)
-        return tsi_report(context, &finding, "Element %d of side %d names function %d twice", e,
-                          number, f);
+        return tsi_report(context, &finding, "Element %d of %s names function %d twice", e,
+                          of->text, f);
       last_use[f] = first_element + e;
     }
     for (size_t i = 0; i < width; i++) {
@@ -91,14 +93,14 @@ static tsolid_status check_functions(tsolid_context *context, int number, int n_
         double c = side->coefficient[(size_t)k * width + i];
         if (!(c >= 0.0) || !(c <= 1e6))
           return tsi_report(context, &finding,
-                            "Function %d has the coefficient %g on element %d of side %d; they "
+                            "Function %d has the coefficient %g on element %d of %s; they "
                             "must not be negative",
-                            side->function[k], c, e, number);
+                            side->function[k], c, e, of->text);
         sum += c;
       }
       if (!(sum > 1e-6))
-        return tsi_report(context, &finding,
-                          "All functions vanish in a part of element %d of side %d", e, number);
+        return tsi_report(context, &finding, "All functions vanish in a part of element %d of %s",
+                          e, of->text);
     }
   }
   return TSOLID_OK;
@@ -118,19 +120,19 @@ static int compare_box_corners(const void *a, const void *b) {
 
 /* Boxes tile the unit square when the mixed difference of their cover count, +1 and -1 at their
  * corners, cancels everywhere but at the corners of the square: exact, no epsilon. */
-static tsolid_status check_tiling(tsolid_context *context, tsi_arena *arena, int number,
-                                  const tsi_side *side) {
+static tsolid_status check_tiling(tsolid_context *context, tsi_arena *arena,
+                                  const tsi_side_label *of, const tsi_side *side) {
   size_t n = 4 * (size_t)side->n_elements;
   box_corner *corner = tsi_arena_new(arena, n, sizeof *corner);
   if (!corner)
     return tsi_no_memory(context, stage);
   for (int e = 0; e < side->n_elements; e++) {
     const double *box = side->box + 4 * (size_t)e;
-    tsolid_finding finding = side_finding(TSOLID_ENTITY_ELEMENT, number, e);
+    tsolid_finding finding = side_finding(TSOLID_ENTITY_ELEMENT, of->index, e);
     for (int d = 0; d < 2; d++)
       if (!(0.0 <= box[2 * d] && box[2 * d] < box[2 * d + 1] && box[2 * d + 1] <= 1.0))
-        return tsi_report(context, &finding,
-                          "Element %d of side %d is no box inside the unit square", e, number);
+        return tsi_report(context, &finding, "Element %d of %s is no box inside the unit square", e,
+                          of->text);
     for (int k = 0; k < 4; k++)
       corner[4 * e + k] = (box_corner){box[k & 1], box[2 + (k >> 1)], (k == 0 || k == 3) ? 1 : -1};
   }
@@ -142,13 +144,24 @@ static tsolid_status check_tiling(tsolid_context *context, tsi_arena *arena, int
       sum += corner[end].sign;
     if (sum == (is_corner ? (s == t ? 1 : -1) : 0))
       continue;
-    tsolid_finding finding = side_finding(TSOLID_ENTITY_SIDE, number, 0);
+    tsolid_finding finding = side_finding(of->entity, of->index, 0);
     return tsi_report(context, &finding,
-                      "The elements of side %d do not tile the unit square: gap or overlap at "
+                      "The elements of %s do not tile the unit square: gap or overlap at "
                       "(%.17g, %.17g)",
-                      number, s, t);
+                      of->text, s, t);
   }
   return TSOLID_OK;
+}
+
+tsolid_status tsi_side_check(tsolid_context *context, tsi_arena *arena, const tsi_side_label *of,
+                             int n_functions, const tsi_side *side, int first_element,
+                             int *last_use) {
+  tsolid_status status = check_sizes(context, of, n_functions, side);
+  if (!status)
+    status = check_functions(context, of, n_functions, side, first_element, last_use);
+  if (!status)
+    status = check_tiling(context, arena, of, side);
+  return status;
 }
 
 /* ---- isolines ---------------------------------------------------------------------------------
@@ -274,7 +287,12 @@ tsolid_status tsi_sides_check(tsolid_context *context, int n_functions, const do
                               const tsi_side side[6], int with_isolines) {
   tsi_arena arena = tsi_arena_create(context);
   int *mark = NULL, first_element = 1;
-  tsolid_status status = check_points(context, n_functions, points);
+  tsolid_status status = TSOLID_OK;
+  if (n_functions < 8)
+    status = tsi_fail(context, TSOLID_ERROR_INPUT, stage, "A boundary of %d functions is none",
+                      n_functions);
+  if (!status)
+    status = tsi_points_check(context, n_functions, points);
   if (status)
     goto done;
   mark = tsi_arena_new(&arena, (size_t)n_functions, sizeof *mark);
@@ -283,11 +301,9 @@ tsolid_status tsi_sides_check(tsolid_context *context, int n_functions, const do
     goto done;
   }
   for (int i = 0; i < 6; i++) {
-    status = check_sizes(context, i, n_functions, &side[i]);
-    if (!status)
-      status = check_functions(context, i, n_functions, &side[i], first_element, mark);
-    if (!status)
-      status = check_tiling(context, &arena, i, &side[i]);
+    tsi_side_label label = {.entity = TSOLID_ENTITY_SIDE, .index = i};
+    snprintf(label.text, sizeof label.text, "side %d", i);
+    status = tsi_side_check(context, &arena, &label, n_functions, &side[i], first_element, mark);
     if (status)
       goto done;
     first_element += side[i].n_elements;

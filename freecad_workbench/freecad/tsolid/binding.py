@@ -336,7 +336,7 @@ class _PatchInput:
         self.structs = (header.PatchStruct * max(1, len(patches)))()
         for struct, patch in zip(self.structs, patches):
             patch.fill(struct, self.keep)
-        self.input = header.BoundaryInput(len(patches), self.structs, None, None)
+        self.input = header.BoundaryInput(len(patches), self.structs)
 
 
 def write_tsb(context, patches, path):
@@ -361,8 +361,10 @@ class BoundaryFile(_Handle):
         return self.library.tsolid_boundary_file_input(self.handle).contents
 
     def patches(self):
-        """Copies of the patches; none when the file holds Bezier elements."""
+        """Copies of the patches; none when some are not NURBS patches, which have no mirror here."""
         given = self.input
+        if given.n_points:
+            return []
         return [Patch.from_struct(given.patches[k]) for k in range(given.n_patches)]
 
 

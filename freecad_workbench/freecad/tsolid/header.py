@@ -126,6 +126,27 @@ class SurfaceView(ctypes.Structure):
     ]
 
 
+class BezierSide(ctypes.Structure):
+    _fields_ = [
+        ("degree", c_int * 2),
+        ("n_elements", c_int),
+        ("box", _doubles),
+        ("function_start", _ints),
+        ("function", _ints),
+        ("coefficient", _doubles),
+    ]
+
+
+class Tspline(ctypes.Structure):
+    _fields_ = [
+        ("degree", c_int * 2),
+        ("n_functions", c_int),
+        ("point", _ints),
+        ("knots", _doubles * 2),
+        ("domain", c_double * 4),
+    ]
+
+
 class PatchStruct(ctypes.Structure):
     _fields_ = [
         ("degree", c_int * 2),
@@ -137,17 +158,16 @@ class PatchStruct(ctypes.Structure):
         ("border_name", c_char_p * 4),
         ("corner_name", c_char_p * 4),
         ("border_tolerance", c_double * 4),
+        ("tspline", POINTER(Tspline)),
+        ("bezier", POINTER(BezierSide)),
     ]
 
 
-class BezierSide(ctypes.Structure):
+class SmoothSeam(ctypes.Structure):
     _fields_ = [
-        ("degree", c_int * 2),
-        ("n_elements", c_int),
-        ("box", _doubles),
-        ("function_start", _ints),
-        ("function", _ints),
-        ("coefficient", _doubles),
+        ("patch", c_int * 2),
+        ("border", c_int * 2),
+        ("order", c_int),
     ]
 
 
@@ -165,6 +185,10 @@ class BoundaryInput(ctypes.Structure):
         ("patches", POINTER(PatchStruct)),
         ("bezier", POINTER(BezierBoundary)),
         ("surface", c_void_p),
+        ("n_points", c_int),
+        ("points", _doubles),
+        ("n_smooth", c_int),
+        ("smooth", POINTER(SmoothSeam)),
     ]
 
 
@@ -431,8 +455,10 @@ STRUCTS = {
     "tsolid_finding": FindingStruct,
     "tsolid_context_options": ContextOptions,
     "tsolid_surface_view": SurfaceView,
-    "tsolid_patch": PatchStruct,
     "tsolid_bezier_side": BezierSide,
+    "tsolid_tspline": Tspline,
+    "tsolid_patch": PatchStruct,
+    "tsolid_smooth_seam": SmoothSeam,
     "tsolid_bezier_boundary": BezierBoundary,
     "tsolid_boundary_input": BoundaryInput,
     "tsolid_boundary_options": BoundaryOptions,
