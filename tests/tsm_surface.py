@@ -212,32 +212,33 @@ class TsmSurface:
                 k = quarter - first - self.way[link]
                 back = rotated(k, *self.start[link])
                 place = Placement(k, -back[0], -back[1])
-                self._develop(vertex, self.face[link], place, knots, own, done)
+                if self.side_of[self.face[link]] not in done:
+                    done.add(self.side_of[self.face[link]])
+                    self._develop(vertex, self.face[link], place, knots, own)
 
-    def _develop(self, vertex, face, place, knots, own, done):
+    def _develop(self, vertex, face, place, knots, own):
         """All faces under the support, unfolded from one at the vertex: in its side, and over one
         isoline into sides that the vertex is not on."""
         home = self.side_of[face]
         seen, queue = {face}, deque([(face, place)])
         while queue:
             here, place = queue.popleft()
-            if (here, home) not in done:
-                done.add((here, home))
-                self.users[here].append((vertex, place, knots))
+            self.users[here].append((vertex, place, knots))
             for link in self.around[here]:
                 beyond = self.face[self.opposite[link]]
                 if self.is_isoline[self.edge[link]]:
                     if self.side_of[here] != home or self.side_of[beyond] in own:
                         continue
+                if beyond in seen:
+                    continue
+                seen.add(beyond)
                 new = self._across(place, link)
-                if beyond not in seen and self._overlaps(beyond, new, knots):
-                    seen.add(beyond)
+                if self._overlaps(beyond, new, knots):
                     queue.append((beyond, new))
 
     def _overlaps(self, face, place, knots):
-        ends = np.array([place.out(0.0, 0.0), place.out(*self.size[face])])
-        return all(ends[:, d].max() >= knots[d][0] and ends[:, d].min() <= knots[d][4]
-                   for d in (0, 1))
+        ends = zip(place.out(0.0, 0.0), place.out(*self.size[face]))
+        return all(max(pair) >= row[0] and min(pair) <= row[4] for pair, row in zip(ends, knots))
 
     # ---- points ----------------------------------------------------------------------------------
 
@@ -247,7 +248,7 @@ class TsmSurface:
             u, v = place.back(x, y)
             w, h = self.size[face]
             if w > 0 and h > 0 and 0 <= u <= w and 0 <= v <= h:
-                return self._on_face(face, u, v)
+                return self.on_face(face, u, v)
         raise ValueError("no face there")
 
     def _weights(self, face, u, v):
@@ -262,7 +263,7 @@ class TsmSurface:
     def _sum(self, face, u, v):
         return sum(value * self.points[k] for k, value in self._weights(face, u, v).items())
 
-    def _on_face(self, face, u, v):
+    def on_face(self, face, u, v):
         result = self._sum(face, u, v)
         for link in self.around[face]:
             if self.origin[link] in self.stars:
@@ -272,6 +273,20 @@ class TsmSurface:
                 result = result + bump * (self._star_point(self.origin[link])
                                           - self._sum(face, *self.start[link]))
         return result
+
+    def angle_across(self, link, step=1e-6):
+        """Between the normals on the two sides of a link, in its middle."""
+        normals = []
+        for one in (link, self.opposite[link]):
+            face, way, half = self.face[one], self.way[one], self.length(one) / 2
+
+            def at(along, across):
+                x, y = rotated(way, half + along, across)
+                return self.on_face(face, self.start[one][0] + x, self.start[one][1] + y)[:3]
+
+            normal = np.cross(at(step, 0.0) - at(-step, 0.0), at(0.0, step) - at(0.0, 0.0))
+            normals.append(normal / np.linalg.norm(normal))
+        return float(np.arctan2(np.linalg.norm(np.cross(*normals)), np.dot(*normals)))
 
     def _star_point(self, star):
         """The mean of the three face points; multiple knots round the star: its control point."""
