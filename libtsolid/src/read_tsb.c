@@ -160,124 +160,6 @@ static int require_keys(reader *r, const char *const *names, unsigned required, 
   return 1;
 }
 
-/* ---- patches -----------------------------------------------------------------------------------
- */
-
-enum {
-  PATCH_DEGREE,
-  PATCH_N_CONTROL,
-  PATCH_KNOTS,
-  PATCH_POINTS,
-  PATCH_NAME,
-  PATCH_WEIGHTS,
-  PATCH_BORDER_NAMES,
-  PATCH_CORNER_NAMES,
-  PATCH_BORDER_TOLERANCE
-};
-static const char *const patch_keys[] = {
-    "degree",  "n_control",    "knots",        "points",           "name",
-    "weights", "border_names", "corner_names", "border_tolerance", NULL};
-
-/* What a patch's lists turned out to hold; compared with its degrees and counts at its end. */
-typedef struct patch_counts {
-  long knots[2], points, weights;
-} patch_counts;
-
-static int read_knots(reader *r, tsolid_patch *patch, patch_counts *counts) {
-  int n = 0;
-  if (!tsi_json_enter(&r->json, '['))
-    return 0;
-  while (tsi_json_next(&r->json)) {
-    if (n == 2)
-      return tsi_json_fail(&r->json, "expected 2 knot vectors, found more");
-    if (!read_numbers(r, &patch->knots[n], &counts->knots[n]))
-      return 0;
-    n++;
-  }
-  return n == 2 || tsi_json_fail(&r->json, "expected 2 knot vectors, found %d", n);
-}
-
-static int read_patch_value(reader *r, int key, tsolid_patch *patch, patch_counts *counts) {
-  switch (key) {
-  case PATCH_DEGREE:
-    return read_pair(r, 1, TSI_MAX_DEGREE, patch->degree);
-  case PATCH_N_CONTROL:
-    return read_pair(r, 2, TSI_MAX_COUNT, patch->n_control);
-  case PATCH_KNOTS:
-    return read_knots(r, patch, counts);
-  case PATCH_POINTS:
-    return read_rows(r, 3, &patch->points, &counts->points);
-  case PATCH_NAME:
-    return tsi_json_string(&r->json, r->arena, &patch->name);
-  case PATCH_WEIGHTS:
-    return read_numbers(r, &patch->weights, &counts->weights);
-  case PATCH_BORDER_NAMES:
-    return read_four_names(r, patch->border_name);
-  case PATCH_CORNER_NAMES:
-    return read_four_names(r, patch->corner_name);
-  case PATCH_BORDER_TOLERANCE:
-    return read_four_numbers(r, patch->border_tolerance);
-  default:
-    return 0;
-  }
-}
-
-static int check_patch(reader *r, const tsolid_patch *patch, const patch_counts *counts) {
-  for (int d = 0; d < 2; d++) {
-    if (patch->n_control[d] <= patch->degree[d])
-      return tsi_json_fail(&r->json, "degree %d needs at least %d control points, n_control has %d",
-                           patch->degree[d], patch->degree[d] + 1, patch->n_control[d]);
-    long expected = (long)patch->n_control[d] + patch->degree[d] + 1;
-    if (counts->knots[d] != expected)
-      return tsi_json_fail(&r->json, "expected %ld knots in direction %d, found %ld", expected, d,
-                           counts->knots[d]);
-  }
-  long long n = (long long)patch->n_control[0] * patch->n_control[1];
-  if (counts->points != n)
-    return tsi_json_fail(&r->json, "expected %lld points, found %ld", n, counts->points);
-  if (patch->weights && counts->weights != n)
-    return tsi_json_fail(&r->json, "expected %lld weights, found %ld", n, counts->weights);
-  for (int k = 0; k < 4; k++)
-    if (patch->border_tolerance[k] < 0)
-      return tsi_json_fail(&r->json, "border_tolerance %g is negative", patch->border_tolerance[k]);
-  return 1;
-}
-
-static int read_patch(reader *r, tsolid_patch *patch) {
-  patch_counts counts = {{0, 0}, 0, 0};
-  unsigned seen = 0, required = 1u << PATCH_DEGREE | 1u << PATCH_N_CONTROL | 1u << PATCH_KNOTS |
-                                1u << PATCH_POINTS;
-  *patch = (tsolid_patch){.degree = {0, 0}};
-  if (!tsi_json_enter(&r->json, '{'))
-    return 0;
-  while (tsi_json_next(&r->json)) {
-    int key = tsi_json_key(&r->json, patch_keys, &seen);
-    if (key < 0 || !read_patch_value(r, key, patch, &counts))
-      return 0;
-  }
-  return r->json.status == TSOLID_OK && require_keys(r, patch_keys, required, seen) &&
-         check_patch(r, patch, &counts);
-}
-
-static int read_patches(reader *r, tsolid_boundary_input *input) {
-  list patches = {.size = sizeof(tsolid_patch)};
-  if (!tsi_json_enter(&r->json, '['))
-    return 0;
-  while (tsi_json_next(&r->json)) {
-    tsolid_patch patch;
-    if (!read_patch(r, &patch) || !push(r, &patches, &patch))
-      break;
-  }
-  if (r->json.status == TSOLID_OK && patches.n == 0)
-    tsi_json_fail(&r->json, "the list of patches is empty");
-  if (r->json.status == TSOLID_OK) {
-    input->n_patches = (int)patches.n;
-    input->patches = keep(r, &patches);
-  }
-  drop(r, &patches);
-  return r->json.status == TSOLID_OK;
-}
-
 /* ---- Bezier elements ---------------------------------------------------------------------------
  */
 
@@ -391,6 +273,249 @@ static int read_side(reader *r, tsolid_bezier_side *side) {
   return read;
 }
 
+/* ---- T-splines --------------------------------------------------------------------------------
+ */
+
+typedef struct tspline_lists {
+  list point, knots[2];
+  long n_knots[2]; /* local knots per function; 0: none seen yet */
+} tspline_lists;
+
+static int read_local_knots(reader *r, tspline_lists *lists) {
+  int d = 0;
+  if (!tsi_json_enter(&r->json, '['))
+    return 0;
+  while (tsi_json_next(&r->json)) {
+    if (d == 2)
+      return tsi_json_fail(&r->json, "expected 2 knot vectors, found more");
+    long n = append_numbers(r, &lists->knots[d]);
+    if (n < 0)
+      return 0;
+    if (lists->n_knots[d] == 0)
+      lists->n_knots[d] = n;
+    if (n == 0 || n != lists->n_knots[d])
+      return tsi_json_fail(&r->json, "expected %ld knots, found %ld", lists->n_knots[d], n);
+    d++;
+  }
+  return d == 2 || tsi_json_fail(&r->json, "expected 2 knot vectors, found %d", d);
+}
+
+static int read_blend(reader *r, tspline_lists *lists) {
+  static const char *const keys[] = {"point", "knots", NULL};
+  unsigned seen = 0;
+  if (!tsi_json_enter(&r->json, '{'))
+    return 0;
+  while (tsi_json_next(&r->json)) {
+    int key = tsi_json_key(&r->json, keys, &seen), point = 0;
+    int read = key == 0 ? tsi_json_integer(&r->json, 0, TSI_MAX_COUNT, &point) &&
+                              push(r, &lists->point, &point)
+               : key == 1 ? read_local_knots(r, lists)
+                          : 0;
+    if (!read)
+      return 0;
+  }
+  return r->json.status == TSOLID_OK && require_keys(r, keys, 3, seen);
+}
+
+static int read_blends(reader *r, tspline_lists *lists) {
+  if (!tsi_json_enter(&r->json, '['))
+    return 0;
+  while (tsi_json_next(&r->json))
+    if (!read_blend(r, lists))
+      return 0;
+  return r->json.status == TSOLID_OK;
+}
+
+static int keep_tspline(reader *r, tspline_lists *lists, tsolid_tspline *t) {
+  if (lists->point.n == 0 || lists->point.n > TSI_MAX_COUNT)
+    return tsi_json_fail(&r->json, "the T-spline has no functions, or too many");
+  for (int d = 0; d < 2; d++)
+    if (lists->n_knots[d] != t->degree[d] + 2)
+      return tsi_json_fail(&r->json, "degree %d needs %d local knots per function, not %ld",
+                           t->degree[d], t->degree[d] + 2, lists->n_knots[d]);
+  t->n_functions = (int)lists->point.n;
+  t->point = keep(r, &lists->point);
+  for (int d = 0; d < 2; d++)
+    t->knots[d] = keep(r, &lists->knots[d]);
+  return r->json.status == TSOLID_OK;
+}
+
+static int read_tspline(reader *r, const tsolid_tspline **kept) {
+  static const char *const keys[] = {"degree", "functions", "domain", NULL};
+  tspline_lists lists = {.point = {.size = sizeof(int)},
+                         .knots = {{.size = sizeof(double)}, {.size = sizeof(double)}}};
+  tsolid_tspline *t = tsi_arena_new(r->arena, 1, sizeof *t);
+  unsigned seen = 0;
+  int read = t ? tsi_json_enter(&r->json, '{') : fail_memory(r);
+  while (read && tsi_json_next(&r->json)) {
+    int key = tsi_json_key(&r->json, keys, &seen);
+    read = key == 0   ? read_pair(r, 1, TSI_MAX_DEGREE, t->degree)
+           : key == 1 ? read_blends(r, &lists)
+           : key == 2 ? read_four_numbers(r, t->domain)
+                      : 0;
+  }
+  read = read && r->json.status == TSOLID_OK && require_keys(r, keys, 7, seen) &&
+         keep_tspline(r, &lists, t);
+  *kept = t;
+  drop(r, &lists.point);
+  drop(r, &lists.knots[0]);
+  drop(r, &lists.knots[1]);
+  return read;
+}
+
+/* ---- patches -----------------------------------------------------------------------------------
+ */
+
+enum {
+  PATCH_DEGREE,
+  PATCH_N_CONTROL,
+  PATCH_KNOTS,
+  PATCH_POINTS,
+  PATCH_NAME,
+  PATCH_WEIGHTS,
+  PATCH_BORDER_NAMES,
+  PATCH_CORNER_NAMES,
+  PATCH_BORDER_TOLERANCE,
+  PATCH_TSPLINE,
+  PATCH_BEZIER
+};
+static const char *const patch_keys[] = {
+    "degree",       "n_control",        "knots",   "points", "name", "weights", "border_names",
+    "corner_names", "border_tolerance", "tspline", "bezier", NULL};
+
+/* What a patch's lists turned out to hold; compared with its degrees and counts at its end. */
+typedef struct patch_counts {
+  long knots[2], points, weights;
+} patch_counts;
+
+static int read_knots(reader *r, tsolid_patch *patch, patch_counts *counts) {
+  int n = 0;
+  if (!tsi_json_enter(&r->json, '['))
+    return 0;
+  while (tsi_json_next(&r->json)) {
+    if (n == 2)
+      return tsi_json_fail(&r->json, "expected 2 knot vectors, found more");
+    if (!read_numbers(r, &patch->knots[n], &counts->knots[n]))
+      return 0;
+    n++;
+  }
+  return n == 2 || tsi_json_fail(&r->json, "expected 2 knot vectors, found %d", n);
+}
+
+static int read_bezier_patch(reader *r, const tsolid_bezier_side **kept) {
+  tsolid_bezier_side *side = tsi_arena_new(r->arena, 1, sizeof *side);
+  *kept = side;
+  return side ? read_side(r, side) : fail_memory(r);
+}
+
+static int read_patch_value(reader *r, int key, tsolid_patch *patch, patch_counts *counts) {
+  switch (key) {
+  case PATCH_DEGREE:
+    return read_pair(r, 1, TSI_MAX_DEGREE, patch->degree);
+  case PATCH_N_CONTROL:
+    return read_pair(r, 2, TSI_MAX_COUNT, patch->n_control);
+  case PATCH_KNOTS:
+    return read_knots(r, patch, counts);
+  case PATCH_POINTS:
+    return read_rows(r, 3, &patch->points, &counts->points);
+  case PATCH_NAME:
+    return tsi_json_string(&r->json, r->arena, &patch->name);
+  case PATCH_WEIGHTS:
+    return read_numbers(r, &patch->weights, &counts->weights);
+  case PATCH_BORDER_NAMES:
+    return read_four_names(r, patch->border_name);
+  case PATCH_CORNER_NAMES:
+    return read_four_names(r, patch->corner_name);
+  case PATCH_BORDER_TOLERANCE:
+    return read_four_numbers(r, patch->border_tolerance);
+  case PATCH_TSPLINE:
+    return read_tspline(r, &patch->tspline);
+  case PATCH_BEZIER:
+    return read_bezier_patch(r, &patch->bezier);
+  default:
+    return 0;
+  }
+}
+
+static int check_tolerance(reader *r, const tsolid_patch *patch) {
+  for (int k = 0; k < 4; k++)
+    if (patch->border_tolerance[k] < 0)
+      return tsi_json_fail(&r->json, "border_tolerance %g is negative", patch->border_tolerance[k]);
+  return 1;
+}
+
+static int check_patch(reader *r, const tsolid_patch *patch, const patch_counts *counts) {
+  for (int d = 0; d < 2; d++) {
+    if (patch->n_control[d] <= patch->degree[d])
+      return tsi_json_fail(&r->json, "degree %d needs at least %d control points, n_control has %d",
+                           patch->degree[d], patch->degree[d] + 1, patch->n_control[d]);
+    long expected = (long)patch->n_control[d] + patch->degree[d] + 1;
+    if (counts->knots[d] != expected)
+      return tsi_json_fail(&r->json, "expected %ld knots in direction %d, found %ld", expected, d,
+                           counts->knots[d]);
+  }
+  long long n = (long long)patch->n_control[0] * patch->n_control[1];
+  if (counts->points != n)
+    return tsi_json_fail(&r->json, "expected %lld points, found %ld", n, counts->points);
+  if (patch->weights && counts->weights != n)
+    return tsi_json_fail(&r->json, "expected %lld weights, found %ld", n, counts->weights);
+  return 1;
+}
+
+/* The keys that a patch must have, and may not have, depend on its form. */
+static int check_form(reader *r, const tsolid_patch *patch, const patch_counts *counts,
+                      unsigned seen) {
+  unsigned nurbs =
+               1u << PATCH_DEGREE | 1u << PATCH_N_CONTROL | 1u << PATCH_KNOTS | 1u << PATCH_POINTS,
+           other = 1u << PATCH_TSPLINE | 1u << PATCH_BEZIER;
+  if (!check_tolerance(r, patch))
+    return 0;
+  if (!(seen & other))
+    return require_keys(r, patch_keys, nurbs, seen) && check_patch(r, patch, counts);
+  if ((seen & other) == other)
+    return tsi_json_fail(&r->json, "a patch is not both 'tspline' and 'bezier'");
+  return !(seen & (nurbs | 1u << PATCH_WEIGHTS)) ||
+         tsi_json_fail(&r->json, "'%s' has no meaning beside '%s'",
+                       seen & 1u << PATCH_POINTS ? "points" : "degree",
+                       patch->tspline ? "tspline" : "bezier");
+}
+
+static int read_patch(reader *r, tsolid_patch *patch) {
+  patch_counts counts = {{0, 0}, 0, 0};
+  unsigned seen = 0;
+  *patch = (tsolid_patch){.degree = {0, 0}};
+  if (!tsi_json_enter(&r->json, '{'))
+    return 0;
+  while (tsi_json_next(&r->json)) {
+    int key = tsi_json_key(&r->json, patch_keys, &seen);
+    if (key < 0 || !read_patch_value(r, key, patch, &counts))
+      return 0;
+  }
+  return r->json.status == TSOLID_OK && check_form(r, patch, &counts, seen);
+}
+
+static int read_patches(reader *r, tsolid_boundary_input *input) {
+  list patches = {.size = sizeof(tsolid_patch)};
+  if (!tsi_json_enter(&r->json, '['))
+    return 0;
+  while (tsi_json_next(&r->json)) {
+    tsolid_patch patch;
+    if (!read_patch(r, &patch) || !push(r, &patches, &patch))
+      break;
+  }
+  if (r->json.status == TSOLID_OK && patches.n == 0)
+    tsi_json_fail(&r->json, "the list of patches is empty");
+  if (r->json.status == TSOLID_OK) {
+    input->n_patches = (int)patches.n;
+    input->patches = keep(r, &patches);
+  }
+  drop(r, &patches);
+  return r->json.status == TSOLID_OK;
+}
+
+/* ---- six sides ---------------------------------------------------------------------------------
+ */
+
 static int read_sides(reader *r, tsolid_bezier_side side[6]) {
   int n = 0;
   if (!tsi_json_enter(&r->json, '['))
@@ -437,12 +562,49 @@ static int read_bezier(reader *r, tsolid_boundary_input *input) {
          check_functions(r, bezier);
 }
 
+/* ---- smooth seams ------------------------------------------------------------------------------
+ */
+
+static int read_seam(reader *r, tsolid_smooth_seam *seam) {
+  static const char *const keys[] = {"patches", "borders", "order", NULL};
+  unsigned seen = 0;
+  if (!tsi_json_enter(&r->json, '{'))
+    return 0;
+  while (tsi_json_next(&r->json)) {
+    int key = tsi_json_key(&r->json, keys, &seen);
+    int read = key == 0   ? read_pair(r, 0, TSI_MAX_COUNT, seam->patch)
+               : key == 1 ? read_pair(r, 0, 3, seam->border)
+               : key == 2 ? tsi_json_integer(&r->json, 1, TSI_MAX_DEGREE, &seam->order)
+                          : 0;
+    if (!read)
+      return 0;
+  }
+  return r->json.status == TSOLID_OK && require_keys(r, keys, 7, seen);
+}
+
+static int read_smooth(reader *r, tsolid_boundary_input *input) {
+  list seams = {.size = sizeof(tsolid_smooth_seam)};
+  if (!tsi_json_enter(&r->json, '['))
+    return 0;
+  while (tsi_json_next(&r->json)) {
+    tsolid_smooth_seam seam;
+    if (!read_seam(r, &seam) || !push(r, &seams, &seam))
+      break;
+  }
+  if (r->json.status == TSOLID_OK && seams.n > 0) {
+    input->n_smooth = (int)seams.n;
+    input->smooth = keep(r, &seams);
+  }
+  drop(r, &seams);
+  return r->json.status == TSOLID_OK;
+}
+
 /* ---- the document ------------------------------------------------------------------------------
  */
 
-enum { KEY_FORMAT, KEY_VERSION, KEY_TOLERANCE, KEY_PATCHES, KEY_BEZIER };
-static const char *const document_keys[] = {"format",  "version", "tolerance",
-                                            "patches", "bezier",  NULL};
+enum { KEY_FORMAT, KEY_VERSION, KEY_TOLERANCE, KEY_PATCHES, KEY_BEZIER, KEY_POINTS, KEY_SMOOTH };
+static const char *const document_keys[] = {"format", "version", "tolerance", "patches",
+                                            "bezier", "points",  "smooth",    NULL};
 
 static int read_format(reader *r) {
   const char *format;
@@ -465,6 +627,38 @@ static int read_tolerance(reader *r) {
   return r->tolerance > 0 || tsi_json_fail(&r->json, "the tolerance must be positive");
 }
 
+static int read_points(reader *r, tsolid_boundary_input *input) {
+  long n;
+  if (!read_rows(r, 4, &input->points, &n))
+    return 0;
+  input->n_points = (int)n;
+  return n > 0 || tsi_json_fail(&r->json, "the list of points is empty");
+}
+
+/* Points and forms that need them; indices in range. */
+static int check_points(reader *r, const tsolid_boundary_input *input) {
+  int needed = 0;
+  for (int k = 0; k < input->n_patches; k++) {
+    const tsolid_patch *patch = &input->patches[k];
+    const tsolid_bezier_side *side = patch->bezier;
+    int n = patch->tspline ? patch->tspline->n_functions
+            : side         ? side->function_start[side->n_elements]
+                           : 0;
+    const int *point = patch->tspline ? patch->tspline->point : side ? side->function : NULL;
+    needed |= point != NULL;
+    for (int i = 0; input->points && i < n; i++)
+      if (point[i] >= input->n_points)
+        return tsi_json_fail(&r->json, "patch %d uses point %d of only %d", k, point[i],
+                             input->n_points);
+  }
+  if (needed && !input->points)
+    return tsi_json_fail(&r->json, "the key 'points' is missing");
+  if (!needed && input->points)
+    return tsi_json_fail(&r->json, "'points' has no meaning without T-spline or Bezier patches");
+  return !input->bezier || !input->smooth ||
+         tsi_json_fail(&r->json, "'smooth' has no meaning beside 'bezier'");
+}
+
 static int read_document_value(reader *r, int key, tsolid_boundary_input *input) {
   switch (key) {
   case KEY_FORMAT:
@@ -477,6 +671,10 @@ static int read_document_value(reader *r, int key, tsolid_boundary_input *input)
     return read_patches(r, input);
   case KEY_BEZIER:
     return read_bezier(r, input);
+  case KEY_POINTS:
+    return read_points(r, input);
+  case KEY_SMOOTH:
+    return read_smooth(r, input);
   default:
     return 0;
   }
@@ -508,7 +706,7 @@ static int read_document(reader *r, tsolid_boundary_input *input) {
   if (input->bezier && r->tolerance > 0)
     return tsi_json_fail(&r->json, "'tolerance' has no meaning beside 'bezier'");
   apply_tolerance(input, r->tolerance);
-  return 1;
+  return check_points(r, input);
 }
 
 tsolid_status tsolid_read_tsb(tsolid_context *context, const char *path,
