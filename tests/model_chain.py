@@ -11,8 +11,8 @@ import numpy as np
 from binding_parts import binding
 from example_chain import (DISTANCE, POINTS_PER_FACE, SUM, Chain, run_command)
 
-from examples.cube_mesh import write_bezier_tsb, write_tsm
-from examples.models import MODELS, blade_nurbs
+from examples.cube_mesh import write_model, write_tsm
+from examples.models import CARRIERS, MODELS, blade_nurbs, file_of
 from tsm_surface import TsmSurface
 
 # Zhang, Wang, Hughes (2012), doi:10.1007/s00366-012-0267-7 says these of its models in table 1:
@@ -37,12 +37,12 @@ def surface_of(mesh, folder, name):
 class ModelChain:
     """One model, built: its files, the report, and an independent look at them."""
 
-    def __init__(self, name, folder, carrier, *options):
+    def __init__(self, name, folder, *options, carrier=None):
         self.name, self.mesh = name, MODELS[name]()
-        self.given, self.surface = surface_of(self.mesh, folder, name)
-        if carrier == "tsb":
-            self.given = os.path.join(folder, name + ".tsb")
-            write_bezier_tsb(self.mesh, self.given)
+        carrier = carrier or CARRIERS[name]
+        _, self.surface = surface_of(self.mesh, folder, name)
+        self.given = os.path.join(folder, file_of(name, carrier))
+        write_model(self.mesh, self.given, carrier)
         self.path = os.path.join(folder, name + ".tsolid")
         report = os.path.join(folder, name + ".json")
         self.code, self.text, self.seconds = run_command(
@@ -146,6 +146,10 @@ class NurbsChain(Chain):
 HEADING = "%-14s %13s %13s %13s %13s %19s %19s %13s" % (
     "model", "nodes", "elements", "T-mesh nodes", "partial", "Bezier elements", "Jacobian, worst",
     "seconds")
+
+
+def build(name, folder, *options):
+    return (NurbsChain if name == "blade_nurbs" else ModelChain)(name, folder, *options)
 
 
 def row(name, report, seconds):

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The models that stand for table 1 of the paper: sizes, shape of the meshes, two of them built.
+"""The models that stand for table 1 of the paper: sizes, shape of the meshes, one of them built.
 All of them, built: long_models.py."""
 import os
 import random
@@ -116,24 +116,34 @@ class ModelTest(ChainCase):
                             for k in range(4))
                 self.assertAlmostEqual(value, cubic(knots, x), delta=1e-14)
 
-    def test_mouse_and_blade_built(self):
+    def test_mouse_built(self):
         print("\n" + HEADING)
-        for name in ("mouse", "blade_tspline"):
-            with self.subTest(name):
-                chain = ModelChain(name, self.folder, "tsb", "--effort", "quick")
-                self.assertEqual(chain.failures(0.3), [])
-                print(row(name, chain.report, chain.seconds), flush=True)
+        chain = ModelChain("mouse", self.folder, "--effort", "quick")
+        self.assertEqual(chain.failures(0.3), [])
+        print(row("mouse", chain.report, chain.seconds), flush=True)
+
+    def test_every_carrier_is_conformal(self):
+        """As half-edges, T-spline patches and Bezier elements; no proof is asked for here."""
+        ways = [("shaft", "tsm"), ("shaft", "elements"), ("blade_tspline", "patches"),
+                ("blade_tspline", "elements")]
+        for name, carrier in ways:
+            with self.subTest("%s as %s" % (name, carrier)):
+                chain = ModelChain(name, self.folder, "--effort", "none", carrier=carrier)
+                self.assertIn(chain.code, (0, 2), chain.text)
+                self.assertLess(chain.distance(chain.read_back(), 100)[0],
+                                DISTANCE * chain.scale())
 
     def test_moved_control_point_is_found(self):
-        chain = ModelChain("mouse", self.folder, "tsb", "--effort", "none")
+        chain = ModelChain("mouse", self.folder, "--effort", "none")
         allowed = DISTANCE * chain.scale()
-        self.assertLess(chain.distance(chain.read_back())[0], allowed)
+        self.assertLess(chain.distance(chain.read_back(), 300)[0], allowed)
         with open(chain.path, "rb") as source:
             data = binding_parts.with_moved_point(source.read(), 1e-9 * chain.scale())
         path = os.path.join(self.folder, "moved.tsolid")
         with open(path, "wb") as target:
             target.write(data)
-        self.assertGreater(chain.distance(binding.Solid.read(chain.context, path))[0], allowed)
+        self.assertGreater(chain.distance(binding.Solid.read(chain.context, path), 300)[0],
+                           allowed)
 
 
 if __name__ == "__main__":

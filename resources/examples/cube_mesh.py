@@ -315,8 +315,25 @@ class CubeMesh:
                 entry.append({"box": unit, "functions": sorted(functions), "coefficients":
                               [functions[k].T.reshape(-1).tolist() for k in sorted(functions)]})
             sides.append({"degree": [3, 3], "elements": entry})
-        points = np.concatenate([self.points, np.ones((len(self.points), 1))], axis=1)
-        return {"points": points.tolist(), "sides": sides}
+        return {"points": self._rows(), "sides": sides}
+
+    def describe_patches(self):
+        """The surface as T-spline patches, for meshes without stars: points and patches."""
+        patches = []
+        for side in range(6):
+            p, q = side_axes(side)
+            domain = [self.lines[a][k] for a in (p, q) for k in (0, -1)]
+            functions = [{"point": k, "knots": [list(first), list(second)]}
+                         for k, pieces in enumerate(self.functions)
+                         for at, first, second in pieces
+                         if at == side and first[0] < domain[1] and first[4] > domain[0]
+                         and second[0] < domain[3] and second[4] > domain[2]]
+            patches.append({"name": "Face%d" % (side + 1), "tspline": {
+                "degree": [3, 3], "domain": domain, "functions": functions}})
+        return {"points": self._rows(), "patches": patches}
+
+    def _rows(self):
+        return np.concatenate([self.points, np.ones((len(self.points), 1))], axis=1).tolist()
 
     def _unit(self, axis, value):
         low, high = self.lines[axis][0], self.lines[axis][-1]
@@ -359,10 +376,15 @@ def bernstein(knots, a, b):
 # ---- files --------------------------------------------------------------------------------------
 
 
-def write_bezier_tsb(mesh, path):
+def write_model(mesh, path, carrier):
+    """carrier: "tsm"; "patches": .tsb of T-spline patches; "elements": .tsb of Bezier elements."""
+    if carrier == "tsm":
+        write_tsm(mesh, path)
+        return
+    content = ({"bezier": mesh.describe_bezier()} if carrier == "elements"
+               else mesh.describe_patches())
     with open(path, "w", encoding="utf-8") as out:
-        json.dump({"format": "tsolid boundary", "version": 1, "bezier": mesh.describe_bezier()},
-                  out)
+        json.dump(dict({"format": "tsolid boundary", "version": 1}, **content), out)
         out.write("\n")
 
 

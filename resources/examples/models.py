@@ -266,3 +266,12 @@ def shaft():
 
 MODELS = {"mouse": mouse, "boat": boat, "blade_tspline": blade_tspline, "shaft": shaft,
           "bunny": bunny}
+
+# How each is written: half-edges; T-spline patches where all twelve isolines are sharp; and Bezier
+# elements for what is both.
+CARRIERS = {"mouse": "elements", "boat": "patches", "blade_tspline": "patches", "shaft": "tsm",
+            "bunny": "tsm"}
+
+
+def file_of(name, carrier):
+    return name + (".tsm" if carrier == "tsm" else ".tsb")
