@@ -111,8 +111,8 @@ class Hierarchy:
         knots = self.knots[level]
         return [sum(knots[i + 1:i + self.degree + 1]) / self.degree for i in place]
 
-    def inside(self, level, i, j, side):
-        """Whether the support of N_i(s) N_j(t) lies in the region of a level of its own or finer."""
+    def cells_of(self, level, i, j, side):
+        """Middles of the cells of a side that N_i(s) N_j(t) of a level does not vanish on."""
         knots, p, n = self.knots[level], self.degree, self.spans[level]
         for a, b in itertools.product(range(n), range(n)):
             lo, hi = a / n, (a + 1) / n
@@ -128,7 +128,7 @@ class Hierarchy:
         for side in range(6):
             if place[side // 2] == (n - 1 if side % 2 else 0):
                 s, t = SIDE_AXES[side]
-                yield from self.inside(level, place[s], place[t], side)
+                yield from self.cells_of(level, place[s], place[t], side)
 
     def active(self, level):
         n = self.spans[level] + self.degree
@@ -263,8 +263,8 @@ class HierarchicalTest(unittest.TestCase):
             self.assertEqual(report["statistics"]["input_nodes"], len(h.functions))
             self.assertEqual(report["statistics"]["input_elements"], n_elements)
             distance = self.check_conform(h, points, solid, rng)
-            print("degree %d, %d levels, %s%s: %d functions, %d elements, distance %.2g, sum of the "
-                  "input's functions off by %.2g, reported %.2g, quality %.3f"
+            print("degree %d, %d levels, %s%s: %d functions, %d elements, distance %.2g, sum of "
+                  "the input's functions off by %.2g, reported %.2g, quality %.3f"
                   % (degree, n_levels, "truncated" if truncated else "plain",
                      ", rational" if weights else "", len(h.functions), n_elements, distance,
                      max(sums), report["basis"]["sum_defect"], report["quality"]["worst"]))

@@ -111,6 +111,10 @@ typedef struct tsi_side_label {
 tsolid_status tsi_side_check(tsolid_context *context, tsi_arena *arena, const tsi_side_label *label,
                              int n_functions, const tsi_side *side, int first_element,
                              int *last_use);
+/* All functions are continuous from element to element. entry: zero for every function, before and
+ * after. */
+tsolid_status tsi_side_check_tears(tsolid_context *context, tsi_arena *arena,
+                                   const tsi_side_label *label, const tsi_side *side, int *entry);
 tsolid_status tsi_points_check(tsolid_context *context, int n, const double *points);
 
 /* What the check of the cube needs to know of a side, or patch, of Bezier elements. */

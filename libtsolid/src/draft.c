@@ -24,21 +24,60 @@ static double add_polygon(const tsi_row *row, double length) {
   return length;
 }
 
+typedef struct border_length {
+  double low, length;
+} border_length;
+
+static int compare_lengths(const void *a, const void *b) {
+  const border_length *p = a, *q = b;
+  return (p->low > q->low) - (p->low < q->low);
+}
+
+/* Length of the Bezier polygons along a border that is no row, summed in the order of the border;
+ * NaN for want of memory. */
+static double measure_elements(const tsi_shell *shell, tsi_arena *arena, int p, int along,
+                               int end) {
+  const tsi_side *e = &shell->elements[p];
+  size_t n0 = (size_t)e->degree[0] + 1, width = n0 * ((size_t)e->degree[1] + 1);
+  size_t step = along ? n0 : 1, fixed = !end ? 0 : along ? n0 - 1 : width - n0;
+  border_length *list = tsi_arena_new(arena, (size_t)e->n_elements, sizeof *list);
+  int n = 0;
+  for (int i = 0; list && i < e->n_elements; i++) {
+    double h[TSI_MAX_ORDER][4] = {{0.0}};
+    if (e->box[4 * (size_t)i + (size_t)(2 * (1 - along) + end)] != (double)end)
+      continue;
+    for (int k = e->function_start[i]; k < e->function_start[i + 1]; k++)
+      for (int m = 0; m <= e->degree[along]; m++)
+        for (int c = 0; c < 4; c++)
+          h[m][c] += e->coefficient[(size_t)k * width + fixed + step * (size_t)m] *
+                     shell->control[4 * (size_t)e->function[k] + (size_t)c];
+    list[n] = (border_length){e->box[4 * (size_t)i + (size_t)(2 * along)], 0.0};
+    for (int m = 1; m <= e->degree[along]; m++)
+      list[n].length += tsi_seam_distance(h[m - 1], h[m]);
+    n++;
+  }
+  if (!list)
+    return NAN;
+  qsort(list, (size_t)n, sizeof *list, compare_lengths);
+  double length = 0.0;
+  for (int i = 0; i < n; i++)
+    length += list[i].length;
+  return (double)(float)length; /* rounded: functions come in any order */
+}
+
 /* Lengths of both border polygons of a patch along a direction. */
-static double measure_borders(const tsi_shell *shell, int p, int along) {
+static double measure_borders(const tsi_shell *shell, tsi_arena *arena, int p, int along) {
   double length = 0.0;
   for (int end = 0; end < 2; end++) {
     tsi_seam s = {.row = {{p, along, end}}};
     tsi_row row = tsi_seam_row(shell, &s, 0);
-    if (row.n)
-      length = add_polygon(&row, length);
-    else
-      length += shell->facet[shell->place[p]->facet].length[tsi_seam_border(shell, &s, 0)];
+    length =
+        row.n ? add_polygon(&row, length) : length + measure_elements(shell, arena, p, along, end);
   }
   return length;
 }
 
-static double measure_strip(const tsi_shell *shell, int axis, int strip) {
+static double measure_strip(const tsi_shell *shell, tsi_arena *arena, int axis, int strip) {
   double length = 0.0;
   for (int side = 0; side < 6; side++) {
     int s = tsi_side_s(side), t = tsi_side_t(side);
@@ -47,23 +86,95 @@ static double measure_strip(const tsi_shell *shell, int axis, int strip) {
     int along = t == axis;
     for (int k = 0; k < shell->n_strips[along ? s : t]; k++) {
       int i = along ? k : strip, j = along ? strip : k;
-      length += measure_borders(shell, shell->first[side] + i + shell->n_strips[s] * j, along);
+      length +=
+          measure_borders(shell, arena, shell->first[side] + i + shell->n_strips[s] * j, along);
     }
   }
   return length;
 }
 
+/* A seam inside a side that the surface is smooth across: one side is no row, so that functions
+ * live on both, or the input says so. */
+static int is_smooth(const tsi_shell *shell, const tsi_seam *s,
+                     const tsolid_boundary_input *input) {
+  int facet[2] = {shell->place[s->row[0].patch]->facet, shell->place[s->row[1].patch]->facet};
+  int smooth = !tsi_seam_has_rows(shell, s);
+  for (int i = 0; i < input->n_smooth; i++) {
+    const tsolid_smooth_seam *seam = &input->smooth[i];
+    for (int k = 0; k < 2; k++)
+      smooth |= seam->patch[k] == facet[0] && seam->patch[1 - k] == facet[1] &&
+                seam->border[k] == tsi_seam_border(shell, s, 0) &&
+                seam->border[1 - k] == tsi_seam_border(shell, s, 1);
+  }
+  return smooth;
+}
+
+static double domain_width(const tsi_shell *shell, const tsi_seam *s, int which,
+                           const tsolid_boundary_input *input) {
+  const tsi_place *place = shell->place[s->row[which].patch];
+  int across = 1 - s->row[which].along;
+  double domain[2];
+  tsi_form_domain(&input->patches[place->facet], place->swap ? 1 - across : across, domain);
+  return domain[1] - domain[0];
+}
+
+/* ratio[i]: width of strip i + 1 to that of strip i where smooth seams ask for one; 0: they do not,
+ * NaN: they disagree. */
+static void find_width_ratios(const tsi_shell *shell, int n, const tsi_seam *list,
+                              const tsolid_boundary_input *input, int axis, double *ratio) {
+  for (int i = 0; i < n; i++) {
+    const tsi_seam *s = &list[i];
+    if (s->isoline >= 0 || !is_smooth(shell, s, input))
+      continue;
+    int along = s->row[0].along, at = s->row[0].patch - shell->first[s->side];
+    int n_s = shell->n_strips[tsi_side_s(s->side)], strip = along ? at % n_s : at / n_s;
+    if ((along ? tsi_side_s(s->side) : tsi_side_t(s->side)) != axis)
+      continue;
+    double own = domain_width(shell, s, 1, input) / domain_width(shell, s, 0, input);
+    ratio[strip] = ratio[strip] == 0.0 || fabs(ratio[strip] / own - 1.0) <= 1e-9 ? own : NAN;
+  }
+}
+
+/* Strips that smooth seams join share their length by the widths of their parameters. */
+static void join_strips(int n, const double *ratio, double *width) {
+  for (int first = 0, end; first < n; first = end) {
+    double total = width[first], sum = 1.0, part = 1.0;
+    for (end = first + 1; end < n && ratio[end - 1] > 0.0; end++) {
+      total += width[end];
+      part *= ratio[end - 1];
+      sum += part;
+    }
+    if (end == first + 1)
+      continue;
+    part = 1.0;
+    for (int i = first; i < end; i++) {
+      width[i] = total * part / sum;
+      part *= i + 1 < end ? ratio[i] : 1.0;
+    }
+  }
+}
+
 /* line[axis]: where strips begin and end in [0,1], by their mean length. */
-static tsolid_status place_strips(tsolid_context *context, tsi_arena *arena, tsi_shell *shell) {
+static tsolid_status place_strips(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
+                                  int n_seams, const tsi_seam *list,
+                                  const tsolid_boundary_input *input) {
   for (int axis = 0; axis < 3; axis++) {
     int n = shell->n_strips[axis];
     double *line = tsi_arena_new(arena, (size_t)n + 1, sizeof *line);
-    if (!line)
+    double *width = tsi_arena_new(arena, (size_t)n, sizeof *width);
+    double *ratio = tsi_arena_new(arena, (size_t)n, sizeof *ratio);
+    if (!line || !width || !ratio)
       return tsi_no_memory(context, stage);
     shell->line[axis] = line;
     for (int i = 0; i < n; i++)
-      line[i + 1] = line[i] + (n == 1 ? 1.0 : measure_strip(shell, axis, i));
+      width[i] = n == 1 ? 1.0 : measure_strip(shell, arena, axis, i);
+    find_width_ratios(shell, n_seams, list, input, axis, ratio);
+    join_strips(n, ratio, width);
+    for (int i = 0; i < n; i++)
+      line[i + 1] = line[i] + width[i];
     double total = line[n];
+    if (isnan(total))
+      return tsi_no_memory(context, stage);
     for (int i = 1; i < n; i++) {
       line[i] = 1.0 - (1.0 - line[i] / total);
       if (!(line[i] > line[i - 1]) || !(line[i] < 1.0))
@@ -307,7 +418,7 @@ tsolid_status tsi_shell_draft(tsolid_context *context, tsi_arena *arena, tsi_she
     parent[i] = i;
   tsolid_status status = build_elements(context, arena, shell);
   if (!status)
-    status = place_strips(context, arena, shell);
+    status = place_strips(context, arena, shell, n_seams, list, input);
   for (int i = 0; !status && i < n_seams; i++) {
     tsi_row row[2] = {tsi_seam_row(shell, &list[i], 0), tsi_seam_row(shell, &list[i], 1)};
     for (int m = 0; row[0].n && m < row[1].n; m++)

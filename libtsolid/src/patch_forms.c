@@ -154,7 +154,9 @@ static tsolid_status read_bezier(tsolid_context *context, tsi_arena *arena,
                          .function = (int *)(uintptr_t)from->function,
                          .coefficient = (double *)(uintptr_t)from->coefficient,
                          .grid = {1, 1}};
-  return tsi_side_check(context, arena, &label, n_points, elements, 1, last_use);
+  tsolid_status status = tsi_side_check(context, arena, &label, n_points, elements, 1, last_use);
+  memset(last_use, 0, (size_t)n_points * sizeof *last_use);
+  return status ? status : tsi_side_check_tears(context, arena, &label, elements, last_use);
 }
 
 tsolid_status tsi_form_read(tsolid_context *context, tsi_arena *arena,

@@ -10,6 +10,8 @@
 static const char stage[] = "boundary";
 
 static const double coefficient_agreement = 1e-12;
+/* Inside a side a jump of this size is a tear, not the round-off of a file. */
+static const double tear = 1e-9;
 static const double largest_coordinate = 1e120, largest_weight = 1e60;
 
 static tsolid_finding side_finding(tsolid_entity entity, int a, int b) {
@@ -250,6 +252,78 @@ static double compare_interval(const border b[2], const border_piece *piece[2], 
   return largest;
 }
 
+/* An edge of an element on a line of one parameter. */
+typedef struct inner_edge {
+  double line;
+  border_piece piece;
+} inner_edge;
+
+static int compare_edges(const void *a, const void *b) {
+  const inner_edge *p = a, *q = b;
+  if (p->line != q->line)
+    return p->line < q->line ? -1 : 1;
+  return (p->piece.low > q->piece.low) - (p->piece.low < q->piece.low);
+}
+
+static tsolid_status refuse_tear(tsolid_context *context, const tsi_side_label *of, int d,
+                                 const inner_edge *edge, double difference) {
+  tsolid_finding finding = side_finding(of->entity, of->index, 0);
+  double along = 0.5 * (edge->piece.low + edge->piece.high);
+  finding.measured = difference;
+  finding.allowed = tear;
+  return tsi_report(context, &finding,
+                    "The functions of %s jump by %.3g between elements near (%.6g, %.6g): the "
+                    "surface is torn there",
+                    of->text, difference, d ? along : edge->line, d ? edge->line : along);
+}
+
+/* All functions are continuous from element to element across lines of constant parameter d. */
+static tsolid_status check_lines(tsolid_context *context, tsi_arena *arena,
+                                 const tsi_side_label *of, const tsi_side *side, int d,
+                                 int *entry) {
+  size_t n = (size_t)side->n_elements;
+  border b[2] = {{.side = side, .along = 1 - d, .end = 1}, {.side = side, .along = 1 - d}};
+  inner_edge *edge[2];
+  for (int k = 0; k < 2; k++) {
+    edge[k] = tsi_arena_new(arena, n, sizeof *edge[k]);
+    if (!edge[k])
+      return tsi_no_memory(context, stage);
+    for (size_t e = 0; e < n; e++) {
+      const double *box = side->box + 4 * e;
+      edge[k][e] =
+          (inner_edge){box[2 * d + (k ? 0 : 1)], {box[2 * (1 - d)], box[2 * (1 - d) + 1], (int)e}};
+    }
+    qsort(edge[k], n, sizeof *edge[k], compare_edges);
+  }
+  for (size_t i = 0, j = 0; i < n && j < n;) {
+    const inner_edge *p = &edge[0][i], *q = &edge[1][j];
+    if (p->line != q->line || p->piece.high <= q->piece.low || q->piece.high <= p->piece.low) {
+      int first = p->line != q->line ? p->line < q->line : p->piece.high <= q->piece.low;
+      if (first)
+        i++;
+      else
+        j++;
+      continue;
+    }
+    const border_piece *piece[2] = {&p->piece, &q->piece};
+    double difference = compare_interval(b, piece, entry);
+    if (!(difference <= tear))
+      return refuse_tear(context, of, d, p, difference);
+    double ends[2] = {piece[0]->high, piece[1]->high};
+    if (ends[0] <= ends[1])
+      i++;
+    if (ends[1] <= ends[0])
+      j++;
+  }
+  return TSOLID_OK;
+}
+
+tsolid_status tsi_side_check_tears(tsolid_context *context, tsi_arena *arena,
+                                   const tsi_side_label *of, const tsi_side *side, int *entry) {
+  tsolid_status status = check_lines(context, arena, of, side, 0, entry);
+  return status ? status : check_lines(context, arena, of, side, 1, entry);
+}
+
 static tsolid_status check_isoline(tsolid_context *context, tsi_arena *arena, int isoline,
                                    const tsi_side side[6], int *entry) {
   int axis = isoline / 4, end[2] = {isoline & 1, isoline >> 1 & 1};
@@ -315,6 +389,11 @@ tsolid_status tsi_sides_check(tsolid_context *context, int n_functions, const do
       goto done;
     }
   memset(mark, 0, (size_t)n_functions * sizeof *mark);
+  for (int i = 0; !status && i < 6; i++) {
+    tsi_side_label label = {.entity = TSOLID_ENTITY_SIDE, .index = i};
+    snprintf(label.text, sizeof label.text, "side %d", i);
+    status = tsi_side_check_tears(context, &arena, &label, &side[i], mark);
+  }
   for (int i = 0; with_isolines && !status && i < 12; i++)
     status = check_isoline(context, &arena, i, side, mark);
 done:
