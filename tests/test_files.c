@@ -622,15 +622,17 @@ static size_t shorten_section(unsigned char *b, size_t size, const char *tag, si
   return size - n;
 }
 
-/* Version 2 lacks the last count of the mesh, version 1 also the last two of the facts: both are
- * read, and only under their own number. */
+/* Version 2 lacks what follows the mesh's arm heights, version 1 also the last two of the facts:
+ * both are read, and only under their own number. */
 static void test_tsolid_versions(tsolid_context *context, const tsolid_solid *solid) {
   size_t size;
   CHECK(tsolid_write_tsolid(context, solid, in_folder("a.tsolid")) == TSOLID_OK);
   unsigned char *b = (unsigned char *)read_bytes(in_folder("a.tsolid"), &size);
+  int n_boxes = solid->space->tmesh->n_boxes;
   for (uint32_t layout = 3; layout > 0; layout--) {
     if (layout < 3)
-      size = shorten_section(b, size, layout == 2 ? "MESH" : "FACT", layout == 2 ? 4 : 8);
+      size = shorten_section(b, size, layout == 2 ? "MESH" : "FACT",
+                             layout == 2 ? 4 + 4 * (size_t)n_boxes : 8);
     for (uint32_t version = 0; version < 5; version++) {
       tsolid_solid *read = NULL;
       put_u32(b + TSI_TSOLID_MAGIC_SIZE, version);
@@ -640,7 +642,12 @@ static void test_tsolid_versions(tsolid_context *context, const tsolid_solid *so
             (version == layout));
       if (CHECK((read != NULL) == (version == layout)) && read) {
         CHECK(tsolid_write_tsolid(context, read, in_folder("y.tsolid")) == TSOLID_OK);
-        CHECK(same_bytes(in_folder("a.tsolid"), in_folder("y.tsolid")));
+        /* the levels, which only the picture and the report show, are guessed for old files */
+        CHECK(layout < 3 || same_bytes(in_folder("a.tsolid"), in_folder("y.tsolid")));
+        CHECK(read->space->n_inner == solid->space->n_inner);
+        CHECK(memcmp(read->control, solid->control,
+                     4 * (size_t)(solid->space->n_inner + 2 * solid->space->n_surface) *
+                         sizeof *solid->control) == 0);
       }
       tsolid_solid_free(read);
     }

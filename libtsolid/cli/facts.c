@@ -103,8 +103,20 @@ static void print_statistics(const tsolid_statistics *s) {
   printf("T-mesh: %d nodes, %d interior extraordinary, %d partial extraordinary\n", s->tmesh_nodes,
          s->interior_extraordinary_nodes, s->partial_extraordinary_nodes);
   print_title("");
-  printf("solid: %d core cells, %d functions (%d inner), %d Bezier elements\n", s->core_cells,
-         s->n_functions, s->n_inner, s->bezier_elements);
+  printf("core: %d cells; by level", s->core_cells);
+  for (int k = 0; k < 24; k++)
+    if (s->core_cells_of_level[k])
+      printf(" %d: %d", k, s->core_cells_of_level[k]);
+  printf("\n");
+  print_title("");
+  if (s->analysis_suitable)
+    printf("analysis-suitable: the closure added %d cells to %d\n",
+           s->tmesh_cells - s->tmesh_cells_before_closure, s->tmesh_cells_before_closure);
+  else
+    printf("not closed: a rational T-spline, its functions need not sum to 1\n");
+  print_title("");
+  printf("solid: %d functions (%d inner), %d Bezier elements\n", s->n_functions, s->n_inner,
+         s->bezier_elements);
 }
 
 static void print_certificate(const tsolid_certificate *c) {

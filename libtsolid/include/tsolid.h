@@ -544,8 +544,8 @@ typedef struct tsolid_statistics { /* table 1 of Zhang, Wang, Hughes (2012) */
   int input_nodes, input_elements;
   int tmesh_nodes, interior_extraordinary_nodes, partial_extraordinary_nodes;
   int core_cells, n_functions, n_inner, bezier_elements;
-  int core_cells_of_level[24]; /* level: how often the core was halved for a cell, by its smallest
-                                  width */
+  int core_cells_of_level[24]; /* level: how often the core was split for a cell, along the
+                                  axis with most splits */
   int analysis_suitable;       /* 1: the T-mesh was closed */
   int tmesh_cells, tmesh_cells_before_closure; /* zero-interval ones included */
 } tsolid_statistics;

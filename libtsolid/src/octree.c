@@ -14,6 +14,7 @@
  * Cells are painted on the grid of all values, so that neighbours are found by looking. */
 #include "octree.h"
 #include "axis_tree.h"
+#include "tmesh.h"
 
 static const char *const STAGE = "tmesh";
 
@@ -335,13 +336,16 @@ static void choose_arm_heights(const octree *o, double height[6]) {
 
 static int make_boxes(const octree *o, int *const line_of[3], tsi_octree *tree) {
   tree->box = tsi_arena_new(o->arena, (size_t)o->n_leaves, 6 * sizeof *tree->box);
-  if (!tree->box)
+  tree->level = tsi_arena_new(o->arena, (size_t)o->n_leaves, sizeof *tree->level);
+  if (!tree->box || !tree->level)
     return 0;
   for (int i = 0; i < o->n_leaves; i++) {
     if (o->leaf[i].split)
       continue;
-    int *row = tree->box + 6 * (size_t)tree->n_boxes++;
+    int *row = tree->box + 6 * (size_t)tree->n_boxes, *level = &tree->level[tree->n_boxes++];
     for (int a = 0; a < 3; a++) {
+      int own = interval_of(o, &o->leaf[i], a)->level;
+      *level = own > *level ? own : *level;
       row[a] = line_of[a][interval_of(o, &o->leaf[i], a)->first];
       row[a + 3] = line_of[a][interval_of(o, &o->leaf[i], a)->last];
     }
@@ -417,6 +421,12 @@ static tsolid_status build(tsolid_context *context, const tsolid_boundary *bound
     status =
         tsi_tmesh_from_boxes(context, tree.n_lines, (const double *const *)tree.line, tree.n_boxes,
                              tree.box, tree.arm_height, options->analysis_suitable_off, tmesh);
+  if (status == TSOLID_OK)
+    status = tsi_tmesh_set_levels(context, *tmesh, tree.level);
+  if (status != TSOLID_OK) {
+    tsolid_tmesh_free(*tmesh);
+    *tmesh = NULL;
+  }
   tsi_arena_free(&arena);
   return status;
 }

@@ -22,6 +22,7 @@ typedef struct tsi_octree {
   int n_lines[3];
   double *line[3];
   int n_boxes, *box; /* n_boxes x (lo[3], hi[3]) in lines */
+  int *level;        /* of every box: the largest of its three */
   double arm_height[6];
 } tsi_octree;
 

@@ -5,6 +5,7 @@
 #include <zlib.h>
 
 #include "file_io.h"
+#include "tmesh.h"
 #include "tsolid_format.h"
 
 static const char stage[] = "read";
@@ -236,7 +237,7 @@ static int read_facts(reader *r, tsolid_requirement *q, tsolid_preparation *p) {
 }
 
 static tsolid_tmesh *read_mesh(reader *r) {
-  int n_lines[3], n_boxes, *box = NULL, closure_off = 0;
+  int n_lines[3], n_boxes, *box = NULL, *level = NULL, closure_off = 0;
   double *line[3] = {NULL, NULL, NULL}, arm_height[6];
   tsolid_tmesh *tmesh = NULL;
   int read = begin_section(r, "MESH") && get_ints(r, 3, 2, TSI_MAX_COUNT, n_lines);
@@ -244,14 +245,19 @@ static tsolid_tmesh *read_mesh(reader *r) {
     read = read && make_doubles(r, (size_t)n_lines[a], &line[a]);
   read = read && get_ints(r, 1, 1, TSI_MAX_COUNT, &n_boxes) &&
          make_ints(r, 6 * (size_t)n_boxes, 0, TSI_MAX_COUNT, &box) &&
-         get_doubles(r, 6, arm_height) && (r->version < 3 || get_ints(r, 1, 0, 1, &closure_off)) &&
+         get_doubles(r, 6, arm_height) &&
+         (r->version < 3 || (get_ints(r, 1, 0, 1, &closure_off) &&
+                             make_ints(r, (size_t)n_boxes, 0, TSI_MAX_LEVELS - 1, &level))) &&
          end_section(r);
   if (read)
     r->status = tsi_tmesh_from_boxes(r->context, n_lines, (const double *const *)line, n_boxes, box,
                                      arm_height, closure_off, &tmesh);
+  if (tmesh && level)
+    r->status = tsi_tmesh_set_levels(r->context, tmesh, level);
   for (int a = 0; a < 3; a++)
     tsi_delete(&r->context->allocator, line[a]);
   tsi_delete(&r->context->allocator, box);
+  tsi_delete(&r->context->allocator, level);
   return tmesh;
 }
 
@@ -332,7 +338,7 @@ tsolid_status tsolid_read_tsolid(tsolid_context *context, const char *path, tsol
   if (!read_header(&r) || !check_sections(&r) || !read_boundary(&r, &boundary))
     goto done;
   tmesh = read_mesh(&r);
-  if (!tmesh)
+  if (!tmesh || r.status != TSOLID_OK)
     goto done;
   r.status = tsolid_space_create(context, boundary, tmesh, &space);
   if (r.status != TSOLID_OK)

@@ -7,6 +7,7 @@
 #endif
 
 #include "conform.h"
+#include "tmesh.h"
 
 static const char *const STAGE = "report";
 
@@ -29,6 +30,10 @@ static tsolid_statistics count_statistics(const tsolid_space *space) {
                              .n_functions = space->n_inner + 2 * space->n_surface,
                              .n_inner = space->n_inner,
                              .bezier_elements = space->n_elements};
+  tsi_box_levels(tmesh, count.core_cells_of_level);
+  count.analysis_suitable = !tmesh->analysis_suitable_off;
+  count.tmesh_cells = tmesh->n_cells;
+  count.tmesh_cells_before_closure = tmesh->n_cells_before_closure;
   for (int side = 0; side < 6; side++)
     count.input_elements += space->boundary->side[side].n_elements;
   return count;

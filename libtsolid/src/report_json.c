@@ -68,6 +68,16 @@ static void add_numbers(writer *w, cJSON *object, const char *key, const double 
   add(w, object, key, new_numbers(w, value, n));
 }
 
+/* Up to the last that is not zero. */
+static void add_counts(writer *w, cJSON *object, const char *key, const int *value, int n) {
+  cJSON *list = cJSON_CreateArray();
+  while (n > 0 && value[n - 1] == 0)
+    n--;
+  for (int k = 0; k < n; k++)
+    append(w, list, new_number(value[k]));
+  add(w, object, key, list);
+}
+
 static void add_points(writer *w, cJSON *object, const char *key, double (*point)[3], int n) {
   cJSON *list = cJSON_CreateArray();
   for (int k = 0; k < n; k++)
@@ -125,6 +135,10 @@ static void put_statistics(writer *w, cJSON *o, const tsolid_statistics *s) {
   NUMBER(n_functions);
   NUMBER(n_inner);
   NUMBER(bezier_elements);
+  add_counts(w, o, "core_cells_of_level", s->core_cells_of_level, 24);
+  FLAG(analysis_suitable);
+  NUMBER(tmesh_cells);
+  NUMBER(tmesh_cells_before_closure);
 }
 
 static void put_conformity(writer *w, cJSON *o, const tsolid_conformity_report *s) {

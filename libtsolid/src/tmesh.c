@@ -28,6 +28,7 @@ void tsolid_tmesh_free(tsolid_tmesh *tmesh) {
     tsi_delete(&allocator, tmesh->plane_value[a]);
   }
   tsi_delete(&allocator, tmesh->box);
+  tsi_delete(&allocator, tmesh->box_level);
   tsi_delete(&allocator, tmesh->cell);
   tsi_delete(&allocator, tmesh->cell_block);
   tsi_delete(&allocator, tmesh);
@@ -47,6 +48,35 @@ void tsolid_tmesh_get(const tsolid_tmesh *tmesh, tsolid_tmesh_view *view) {
     view->core_plane[a][1] = tsi_high_plane(tmesh, a);
   }
   memcpy(view->arm_height, tmesh->arm_height, sizeof view->arm_height);
+}
+
+/* ---- levels
+ * ----------------------------------------------------------------------------------------- */
+
+int tsi_box_level(const tsolid_tmesh *tmesh, int b) {
+  const int *box = tmesh->box + 6 * (size_t)b;
+  double width = 1.0;
+  if (tmesh->box_level)
+    return tmesh->box_level[b];
+  for (int a = 0; a < 3; a++)
+    width = fmin(width, tmesh->line[a][box[a + 3]] - tmesh->line[a][box[a]]);
+  double level = floor(0.5 - log2(width));
+  return (int)fmin(level, TSI_MAX_LEVELS - 1);
+}
+
+tsolid_status tsi_tmesh_set_levels(tsolid_context *context, tsolid_tmesh *tmesh, const int *level) {
+  tmesh->box_level = tsi_new(&tmesh->allocator, (size_t)tmesh->n_boxes, sizeof *level);
+  if (!tmesh->box_level)
+    return tsi_no_memory(context, STAGE);
+  for (int b = 0; b < tmesh->n_boxes; b++)
+    tmesh->box_level[b] = level[b] < TSI_MAX_LEVELS ? level[b] : TSI_MAX_LEVELS - 1;
+  return TSOLID_OK;
+}
+
+void tsi_box_levels(const tsolid_tmesh *tmesh, int n[TSI_MAX_LEVELS]) {
+  memset(n, 0, TSI_MAX_LEVELS * sizeof *n);
+  for (int b = 0; b < tmesh->n_boxes; b++)
+    n[tsi_box_level(tmesh, b)]++;
 }
 
 /* ---- nodes

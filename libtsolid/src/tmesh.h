@@ -5,6 +5,16 @@
 
 #include "internal.h"
 
+enum { TSI_MAX_LEVELS = 24 }; /* as in tsolid_statistics */
+
+/* The level of core cell (box) b: how often the core was split for it along the axis with most
+ * splits. Where that is not known (boxes given by a caller, old files), by its smallest width. */
+int tsi_box_level(const tsolid_tmesh *tmesh, int b);
+/* Keeps the levels of all boxes. */
+tsolid_status tsi_tmesh_set_levels(tsolid_context *context, tsolid_tmesh *tmesh, const int *level);
+/* How many boxes of every level. */
+void tsi_box_levels(const tsolid_tmesh *tmesh, int n[TSI_MAX_LEVELS]);
+
 /* Distinct nodes: corners of cells and crossings of their edges, in lexicographic order of (plane
  * 2, plane 1, plane 0): n rows of 3 plane indices, in the arena. */
 tsolid_status tsi_tmesh_nodes(tsolid_context *context, const tsolid_tmesh *tmesh, tsi_arena *arena,

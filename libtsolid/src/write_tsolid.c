@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include "file_io.h"
+#include "tmesh.h"
 #include "tsolid_format.h"
 
 static const char stage[] = "write";
@@ -116,7 +117,7 @@ static void put_mesh(writer *w, const tsolid_tmesh *tmesh) {
   uint64_t n_lines = 0, n_boxes = (uint64_t)tmesh->n_boxes;
   for (int a = 0; a < 3; a++)
     n_lines += (uint64_t)tmesh->n_lines[a];
-  begin_section(w, "MESH", 12 + 8 * n_lines + 4 + 24 * n_boxes + 48 + 4);
+  begin_section(w, "MESH", 12 + 8 * n_lines + 4 + 24 * n_boxes + 48 + 4 + 4 * n_boxes);
   put_ints(w, tmesh->n_lines, 3);
   for (int a = 0; a < 3; a++)
     put_doubles(w, tmesh->line[a], (size_t)tmesh->n_lines[a]);
@@ -124,6 +125,8 @@ static void put_mesh(writer *w, const tsolid_tmesh *tmesh) {
   put_ints(w, tmesh->box, 6 * (size_t)tmesh->n_boxes);
   put_doubles(w, tmesh->arm_height, 6);
   put_int(w, tmesh->analysis_suitable_off);
+  for (int b = 0; b < tmesh->n_boxes; b++)
+    put_int(w, tsi_box_level(tmesh, b));
   end_section(w);
 }
 

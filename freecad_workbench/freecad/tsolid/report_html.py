@@ -348,6 +348,16 @@ def _statistics(report):
         ("bezier_elements", "Bezier elements"),
     )
     rows = [(label, report["statistics"][key]) for key, label in labels]
+    statistics = report["statistics"]
+    levels = statistics.get("core_cells_of_level", [])
+    rows.append(("core cells by level", ", ".join(
+        "%d: %d" % (level, n) for level, n in enumerate(levels) if n)))
+    if statistics.get("analysis_suitable", True):
+        rows.append(("cells that the closure added", "%d to %d" % (
+            statistics.get("tmesh_cells", 0) - statistics.get("tmesh_cells_before_closure", 0),
+            statistics.get("tmesh_cells_before_closure", 0))))
+    else:
+        rows.append(("closure", "off: a rational T-spline; see the defect of the sum"))
     quality = report["quality"]
     rows.append(("Jacobian (worst, best)",
                  "%s, %s" % (_number(quality["worst"], 3), _number(quality["best"], 3))))
