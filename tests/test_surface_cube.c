@@ -305,12 +305,32 @@ static void test_elements_cut(void) {
 /* ---- zero intervals ---------------------------------------------------------------------------
  */
 
+/* Bilinear functions of both ends of a zero interval are one: else the surface would be torn. */
+static void join_zero_intervals(cells *m, const int n[3], double (*line)[LINES_MAX]) {
+  for (int x = 0; x <= n[0]; x++)
+    for (int y = 0; y <= n[1]; y++)
+      for (int z = 0; z <= n[2]; z++) {
+        int at[3] = {x, y, z}, twin[3] = {x, y, z}, on = 0;
+        for (int a = 0; a < 3; a++) {
+          on |= at[a] == 0 || at[a] == n[a];
+          while (twin[a] > 0 && line[a][twin[a]] == line[a][twin[a] - 1])
+            twin[a]--;
+        }
+        int v = on ? cells_lattice(n, at) : -1, w = on ? cells_lattice(n, twin) : -1;
+        if (v == w)
+          continue;
+        m->hangs[v][0] = m->hangs[v][1] = w;
+        m->share[v] = 1.0;
+      }
+}
+
 static void test_zero_intervals(void) {
   double line[3][LINES_MAX];
   int first[6], n[3] = {5, 4, 6};
   for (int round = 0; round < 6; round++) {
     random_lines(n, line, 1);
     make_box(&mesh, n, line, first);
+    join_zero_intervals(&mesh, n, line);
     tsolid_boundary *plain, *shuffled;
     if (!check_accepted(&mesh, 1, NULL, &plain))
       continue;
