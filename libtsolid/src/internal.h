@@ -137,7 +137,7 @@ struct tsolid_tmesh {
   double *line[3]; /* their values, 0 = line[0] < ... < 1 */
   int n_boxes;     /* core cells before bands */
   int *box;        /* n_boxes x (lo[3], hi[3]) in core lines */
-  int *box_level; /* or NULL: see tsi_box_level */
+  int *box_level;  /* or NULL: see tsi_box_level */
   double arm_height[6];
   int n_planes[3];
   double *plane_value[3];

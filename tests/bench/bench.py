@@ -3,6 +3,7 @@
 """Seconds per stage, peak memory and sizes for the example parts and a scaling series.
 
     bench.py [--part NAME]... [--spans N]... [--effort E] [--threads N]
+    bench.py --growth [--spans N]...    counts, T-mesh time and memory, 8 to 64 spans per side
 
 Not a test: nothing is judged. TSOLID_COMMAND names the command to measure; else the one of the
 newest build tree is taken. Run it on an idle machine.
@@ -70,15 +71,40 @@ def scaling(options):
             "%9s" % ("x %.2f" % (row[s] / first[s]) if first[s] else "-") for s in STAGES))
 
 
+def growth(options):
+    """Does the octree pay: functions, and what the T-mesh costs per function; the start only."""
+    options.effort = "none"
+    rows = []
+    for n in options.spans or [8, 16, 32, 64]:
+        facts = measure("wavy_cube %d spans" % n, wavy_cube(n), options)
+        if facts:
+            rows.append((n, facts))
+    print("\n%6s %9s %9s %9s %9s %9s %9s %9s %9s" % (
+        "spans", "cells", "functions", "ratio", "closure", "tmesh s", "us/func", "total s", "MiB"))
+    before = None
+    for n, facts in rows:
+        sizes, times = facts["statistics"], facts["timing"]
+        functions = sizes["n_functions"]
+        print("%6d %9d %9d %9s %9.3f %9.3f %9.1f %9.1f %9.0f" % (
+            n, sizes["core_cells"], functions, "%.2f" % (functions / before) if before else "-",
+            sizes["tmesh_cells"] / sizes["tmesh_cells_before_closure"], times["tmesh"],
+            1e6 * times["tmesh"] / functions, times["total"], times["peak_memory_mib"]), flush=True)
+        before = functions
+
+
 def main():
     parser = argparse.ArgumentParser(description="Times the stages; see the top of the file.")
     parser.add_argument("--part", action="append", choices=sorted(PARTS), default=[])
     parser.add_argument("--spans", action="append", type=int, default=[])
+    parser.add_argument("--growth", action="store_true")
     parser.add_argument("--effort", default="default")
     parser.add_argument("--threads", type=int, default=0)
     options = parser.parse_args()
     everything = not options.part and not options.spans
     print(HEADING)
+    if options.growth:
+        growth(options)
+        return 0
     for name in options.part or (PARTS if everything else ()):
         measure(name, PARTS[name](), options)
     options.spans = options.spans or ([4, 8, 16] if everything else [])
