@@ -143,8 +143,8 @@ class NurbsChain(Chain):
                       else ["not 8 interior extraordinary nodes"])
 
 
-HEADING = "%-14s %13s %13s %13s %13s %19s %19s %13s" % (
-    "model", "nodes", "elements", "T-mesh nodes", "partial", "Bezier elements", "Jacobian, worst",
+HEADING = "%-14s %13s %13s %13s %13s %19s %25s %13s" % (
+    "model", "nodes", "elements", "T-mesh nodes", "partial", "Bezier elements", "Jacobian: worst, best",
     "seconds")
 
 
@@ -164,5 +164,6 @@ def row(name, report, seconds):
         pair(s["input_elements"], paper[1], 13), pair(s["tmesh_nodes"], paper[2], 13),
         pair(s["partial_extraordinary_nodes"], paper[3], 13),
         pair(s["bezier_elements"], paper[4], 19),
-        pair(report["quality"]["worst"], paper[5], 19, "%.2f"), pair(seconds, paper[7], 13, "%.1f")
-    ])
+        pair((report["quality"]["worst"], report["quality"]["best"]), paper[5:7], 25,
+             "%.2f, %.2f"),
+        pair(seconds, paper[7], 13, "%.1f")])

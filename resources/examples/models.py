@@ -167,17 +167,17 @@ def blade_tspline():
 
 
 def boat_shape(unit):
-    """A hull of 10 m with hard chines, raked stem and sheer: x to the bow, z from keel to deck."""
+    """A hull of 11 m with hard chines, raked stem and sheer: x to the bow, z from keel to deck."""
     x, y, z = unit
     side = 2 * y - 1
     fore = max(0.0, (x - 0.35) / 0.65)
-    beam = 0.07 + 1.55 * (1 - fore ** 2.6) * (0.82 + 0.18 * ramp(x / 0.5))
+    beam = 0.16 + 1.46 * (1 - fore ** 2.6) * (0.82 + 0.18 * ramp(x / 0.5))
     chine = beam * (0.74 - 0.12 * fore)
     deck = 1.35 + 0.75 * x ** 2.2 + 0.06 * (1 - side * side)
-    keel = 0.25 * (1 - x) ** 2 + 0.62 * fore ** 3.2 + 0.30 * abs_smooth(side) * (1 - 0.4 * fore)
+    keel = 0.25 * (1 - x) ** 2 + 0.5 * fore ** 3.2 + 0.30 * abs_smooth(side) * (1 - 0.4 * fore)
     flare = z + 0.25 * fore * z * (z - 1)
     half = chine + (beam - chine) * flare + 0.10 * beam * z * (1 - z)
-    return [10 * x + 1.3 * x * x * z + 0.12 * (1 - x) * side * side, half * side,
+    return [11 * x + 0.9 * x * x * z + 0.12 * (1 - x) * side * side, half * side,
             keel + (deck - keel) * z]
 
 
