@@ -144,8 +144,8 @@ class NurbsChain(Chain):
 
 
 HEADING = "%-14s %13s %13s %13s %13s %19s %25s %13s" % (
-    "model", "nodes", "elements", "T-mesh nodes", "partial", "Bezier elements", "Jacobian: worst, best",
-    "seconds")
+    "model", "nodes", "elements", "T-mesh nodes", "partial", "Bezier elements",
+    "Jacobian: worst, best", "seconds")
 
 
 def build(name, folder, *options):
