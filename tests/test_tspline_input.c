@@ -278,6 +278,41 @@ static void check_file(tsolid_context *context, const mixture *m, const tsolid_b
   remove(path);
 }
 
+/* A knot line more, in every row. */
+static void insert_line(tsolid_patch *patch, int along, double x) {
+  int p = patch->degree[along], n[2] = {patch->n_control[0], patch->n_control[1]}, to[2];
+  for (int i = 0; i < n[along] + p + 1; i++)
+    if (patch->knots[along][i] == x)
+      return;
+  memcpy(to, n, sizeof to);
+  to[along]++;
+  double *knots = part_doubles((size_t)(n[along] + p + 2));
+  double *points = part_doubles(3 * (size_t)to[0] * (size_t)to[1]);
+  double *weights = patch->weights ? part_doubles((size_t)to[0] * (size_t)to[1]) : NULL;
+  for (int j = 0; j < n[1 - along]; j++) {
+    double h[200][4];
+    int count = n[along];
+    memcpy(knots, patch->knots[along], (size_t)(count + p + 1) * sizeof *knots);
+    for (int i = 0; i < count; i++)
+      homogeneous(patch, along ? j + n[0] * i : i + n[0] * j, h[i]);
+    insert_into_row(p, &count, knots, h, x);
+    for (int i = 0; i < count; i++) {
+      int at = along ? j + to[0] * i : i + to[0] * j;
+      for (int c = 0; c < 3; c++)
+        points[3 * at + c] = h[i][c] / h[i][3];
+      if (weights)
+        weights[at] = h[i][3];
+    }
+  }
+  free((void *)(size_t)patch->knots[along]);
+  free((void *)(size_t)patch->points);
+  free((void *)(size_t)patch->weights);
+  patch->knots[along] = knots;
+  patch->points = points;
+  patch->weights = weights;
+  patch->n_control[along]++;
+}
+
 /* ---- rewritten parts ---------------------------------------------------------------------------
  */
 
@@ -361,9 +396,283 @@ static void test_rewritten(tsolid_context *context) {
   }
 }
 
+/* ---- knots that only a neighbour has -----------------------------------------------------------
+ */
+
+/* Every other patch stays NURBS and gets knot lines in its inner spans; the rows of the T-splines
+ * beside it must take them. */
+static void test_finer_neighbours(tsolid_context *context) {
+  for (int round = 0; round < 8; round++) {
+    axis_spec axes[3];
+    random_axes(axes, 1);
+    for (int a = 0; a < 3; a++)
+      axes[a].strip[0].n_inner = 3;
+    for (int a = 0; a < 3; a++)
+      for (int k = 0; k < 3; k++)
+        axes[a].strip[0].inner[k] = (k + 1) / 4.0;
+    part p = make_part(axes, map_wavy, round % 2);
+    mixture m = new_mixture();
+    const tsolid_patch *source[6];
+    static const int flip[2] = {0, 0};
+    int n_tspline = 0;
+    for (int k = 0; k < 6; k++) {
+      source[k] = &p.patch[k];
+      if (k >> 1 == round % 3) {
+        add_nurbs(&m, &p.patch[k], 0, 0, 0);
+        for (int i = 0; i < 4; i++)
+          insert_line(&m.patch[k], random_below(2), 0.25 + (1 + random_below(31)) / 64.0);
+        continue;
+      }
+      net list = rewrite_rows(&p.patch[k], 2);
+      n_tspline += list.n;
+      add_tspline(&m, &list, flip, 0, 1);
+      free(list.list);
+    }
+    settle(&m);
+    tsolid_boundary *boundary = create_mixture(context, &m);
+    if (boundary) {
+      CHECK(tsi_boundary_validate(context, boundary) == TSOLID_OK);
+      CHECK_NEAR(mixture_distance(&m, boundary, source), 0.0, 5e-15);
+      CHECK_NEAR(sum_defect(boundary), 0.0, 4e-15);
+      CHECK(boundary->preparation.n_knots_inserted > 0 && n_tspline > 0);
+      check_file(context, &m, boundary);
+    }
+    tsolid_boundary_free(boundary);
+    free_mixture(&m);
+    part_free(&p);
+  }
+}
+
+/* ---- Bezier patches ----------------------------------------------------------------------------
+ */
+
+/* Sides of a boundary as patches of Bezier elements beside the NURBS patches of the others: that is
+ * the same boundary, unless one of its points was moved. */
+static tsolid_status mix_bezier(tsolid_context *context, const part *p, const tsolid_boundary *from,
+                                int kinds, double moved, tsolid_boundary **boundary) {
+  mixture m = new_mixture();
+  tsolid_bezier_boundary view;
+  int *number = malloc((size_t)from->n_functions * sizeof *number);
+  int *of_side[6] = {NULL, NULL, NULL, NULL, NULL, NULL};
+  tsolid_boundary_view(from, &view);
+  for (int i = 0; i < from->n_functions; i++)
+    number[i] = -1;
+  for (int k = 0; k < 6; k++) {
+    tsolid_placement place;
+    CHECK(tsolid_boundary_placement(from, k, &place) == TSOLID_OK);
+    if (!(kinds >> k & 1)) {
+      add_nurbs(&m, &p->patch[k], 0, 0, 0);
+      continue;
+    }
+    tsolid_bezier_side *side = &m.bezier[m.n];
+    *side = view.side[place.side];
+    int n = side->function_start[side->n_elements];
+    of_side[k] = malloc((size_t)n * sizeof(int));
+    for (int i = 0; i < n; i++) {
+      int f = side->function[i];
+      if (number[f] < 0) {
+        memcpy(m.points + 4 * m.n_points, view.points + 4 * f, 4 * sizeof(double));
+        number[f] = m.n_points++;
+      }
+      of_side[k][i] = number[f];
+    }
+    side->function = of_side[k];
+    m.patch[m.n++] = (tsolid_patch){.bezier = side, .name = "Face1"};
+  }
+  if (m.n_points)
+    m.points[0] += moved;
+  tsolid_boundary_input input = input_of(&m);
+  tsolid_status status = tsolid_boundary_create(context, &input, NULL, NULL, boundary);
+  if (!status && moved == 0.0)
+    check_file(context, &m, *boundary);
+  for (int k = 0; k < 6; k++)
+    free(of_side[k]);
+  free(number);
+  free_mixture(&m);
+  return status;
+}
+
+static void test_bezier_patches(tsolid_context *context) {
+  for (int round = 0; round < 10; round++) {
+    axis_spec axes[3];
+    random_axes(axes, 1);
+    part p = make_part(axes, map_wavy, round % 2);
+    tsolid_boundary *from = create(context, &p, NULL), *boundary = NULL;
+    int kinds = round == 0 ? 63 : 1 + random_below(62);
+    tsolid_context_clear(context);
+    CHECK(from && mix_bezier(context, &p, from, kinds, 0.0, &boundary) == TSOLID_OK);
+    for (int i = 0; i < tsolid_context_n_findings(context); i++)
+      fprintf(stderr, "    %s\n", tsolid_context_finding(context, i)->text);
+    CHECK(boundary && same_boundaries(from, boundary));
+    tsolid_boundary_free(boundary);
+    tsolid_boundary_free(from);
+    part_free(&p);
+  }
+}
+
+/* ---- functions on two patches ------------------------------------------------------------------
+ */
+
+/* The belt of a part along x cut in two at x = c, its four sides each two T-splines of the same
+ * functions: nothing is inserted, the patches are smooth across the cut. */
+static void cut_belt(const part *p, double c, mixture *m) {
+  for (int side = 0; side < 6; side++) {
+    const tsolid_patch *patch = &p->patch[side];
+    int first = m->n_points, n0 = patch->n_control[0], n = n0 * patch->n_control[1];
+    if (side < 2) {
+      add_nurbs(m, patch, 0, 0, 0);
+      continue;
+    }
+    for (int i = 0; i < n; i++)
+      homogeneous(patch, i, m->points + 4 * m->n_points++);
+    for (int half = 0; half < 2; half++) {
+      tsolid_tspline *t = &m->tspline[m->n];
+      int *point = calloc((size_t)n, sizeof *point), count = 0;
+      double *knots[2];
+      for (int d = 0; d < 2; d++)
+        t->knots[d] = knots[d] = part_doubles((size_t)n * (size_t)(patch->degree[d] + 2));
+      for (int i = 0; i < n; i++) {
+        const double *u = patch->knots[0] + i % n0, *v = patch->knots[1] + i / n0;
+        int p0 = patch->degree[0] + 2, p1 = patch->degree[1] + 2;
+        if (half ? !(u[p0 - 1] > c) : !(u[0] < c))
+          continue;
+        memcpy(knots[0] + count * p0, u, (size_t)p0 * sizeof *u);
+        memcpy(knots[1] + count * p1, v, (size_t)p1 * sizeof *v);
+        point[count++] = first + i;
+      }
+      t->point = point;
+      t->n_functions = count;
+      for (int d = 0; d < 2; d++)
+        t->degree[d] = patch->degree[d];
+      t->domain[0] = half ? c : 0.0;
+      t->domain[1] = half ? 1.0 : c;
+      t->domain[2] = 0.0;
+      t->domain[3] = 1.0;
+      m->patch[m->n++] = (tsolid_patch){.tspline = t};
+    }
+  }
+  settle(m);
+}
+
+/* The ends of the belt keep one patch each. */
+static void test_smooth(tsolid_context *context) {
+  static const axis_spec axes[3] = {
+      {1, {{3, 3, {0.25, 0.5, 0.75}}}}, {1, {{2, 1, {0.5}}}}, {1, {{4, 2, {0.25, 0.5}}}}};
+  for (int round = 0; round < 4; round++) {
+    part p = make_part(axes, map_wavy, round % 2);
+    double c = round < 2 ? 0.5 : 0.375; /* a knot, and none */
+    tsolid_boundary *whole = create(context, &p, NULL);
+    mixture m = new_mixture();
+    cut_belt(&p, c, &m);
+    CHECK(m.n == 10);
+    tsolid_boundary *boundary = create_mixture(context, &m);
+    if (boundary && whole) {
+      CHECK(tsi_boundary_validate(context, boundary) == TSOLID_OK);
+      CHECK(boundary->n_functions == whole->n_functions);
+      CHECK(boundary->preparation.n_knots_inserted == 0);
+      CHECK_NEAR(sum_defect(boundary), 0.0, 4e-15);
+      if (round < 2) {
+        CHECK(same_boundaries(whole, boundary));
+        check_file(context, &m, boundary);
+      }
+    }
+    for (int order = 1; order <= 4; order++) {
+      tsolid_boundary_input input = input_of(&m);
+      tsolid_boundary *checked = NULL;
+      m.smooth[0] = (tsolid_smooth_seam){{2, 3}, {1, 3}, order};
+      input.n_smooth = 1;
+      input.smooth = m.smooth;
+      tsolid_context_clear(context);
+      tsolid_status status = tsolid_boundary_create(context, &input, NULL, NULL, &checked);
+      /* C^2 at a simple knot of degree 3, one polynomial elsewhere */
+      int expected = round < 2 ? order <= 2 : 1;
+      CHECK(status == (expected ? TSOLID_OK : TSOLID_ERROR_REFUSED));
+      const tsolid_finding *finding = tsolid_context_finding(context, 0);
+      CHECK(expected || (finding && strstr(finding->text, "derivatives of order 3 jump")));
+      CHECK(!expected || same_boundaries(boundary, checked));
+      tsolid_boundary_free(checked);
+    }
+    tsolid_boundary_free(boundary);
+    tsolid_boundary_free(whole);
+    free_mixture(&m);
+    part_free(&p);
+  }
+}
+
+/* ---- refusals ----------------------------------------------------------------------------------
+ */
+
+static void expect_refusal(tsolid_context *context, const mixture *m, const char *text) {
+  tsolid_boundary *boundary = NULL;
+  tsolid_boundary_input input = input_of(m);
+  tsolid_context_clear(context);
+  CHECK(tsolid_boundary_create(context, &input, NULL, NULL, &boundary) != TSOLID_OK && !boundary);
+  const tsolid_finding *finding = tsolid_context_finding(context, 0);
+  if (!CHECK(finding && strstr(finding->text, text)))
+    fprintf(stderr, "    '%s' is not in: %s\n", text, finding ? finding->text : "nothing");
+}
+
+static void test_refused(tsolid_context *context) {
+  static const axis_spec axes[3] = {{1, {{3, 1, {0.5}}}}, {1, {{2, 1, {0.5}}}}, {1, {{2, 0, {0}}}}};
+  static const int flip[2] = {0, 0};
+  part p = make_part(axes, map_wavy, 1);
+  mixture m = new_mixture();
+  for (int k = 0; k < 6; k++) {
+    net list = rewrite_rows(&p.patch[k], 0);
+    add_tspline(&m, &list, flip, 0, 0);
+    free(list.list);
+  }
+  settle(&m);
+  tsolid_boundary_free(create_mixture(context, &m));
+  tsolid_tspline *t = &m.tspline[3];
+  double *u = (double *)(size_t)t->knots[0], *v = (double *)(size_t)t->knots[1];
+  int *point = (int *)(size_t)t->point;
+#define SPOIL(type, place, value, text)                                                            \
+  do {                                                                                             \
+    type kept = (place);                                                                           \
+    (place) = (value);                                                                             \
+    expect_refusal(context, &m, text);                                                             \
+    (place) = kept;                                                                                \
+  } while (0)
+  SPOIL(double, u[0], (double)NAN, "not finite");
+  SPOIL(double, u[0], u[4] + 1.0, "decrease");
+  SPOIL(double, v[3], (double)INFINITY, "not finite");
+  SPOIL(int, point[2], -1, "names point");
+  SPOIL(int, point[2], m.n_points, "names point");
+  SPOIL(int, point[2], point[3], "is of no function");
+  SPOIL(double, t->domain[1], t->domain[0], "domain");
+  SPOIL(double, t->domain[0], (double)NAN, "domain");
+  SPOIL(double, t->domain[1], 50.0, "vanish");
+  SPOIL(int, t->degree[0], 26, "degree");
+  SPOIL(int, t->n_functions, 3, "functions");
+  SPOIL(int, t->n_functions, t->n_functions - 1, "vanish");
+  SPOIL(double, m.points[3], 0.0, "weight");
+  SPOIL(double, m.points[5], (double)NAN, "not finite");
+  SPOIL(double, m.points[4 * point[0]], m.points[4 * point[0]] + 1.0, "");
+  SPOIL(int, m.n_points, 0, "points");
+  SPOIL(const tsolid_bezier_side *, m.patch[0].bezier, &m.bezier[0], "both");
+#undef SPOIL
+  tsolid_boundary_options options = {.refine_knots = 1};
+  tsolid_boundary_input input = input_of(&m);
+  tsolid_boundary *boundary = NULL;
+  CHECK(tsolid_boundary_create(context, &input, &options, NULL, &boundary) ==
+        TSOLID_ERROR_ARGUMENT);
+  check_failing_memory(&input);
+  tsolid_context_clear(context);
+  tsolid_boundary *from = create(context, &p, NULL);
+  CHECK(from && mix_bezier(context, &p, from, 21, 1e-3, &boundary) == TSOLID_ERROR_REFUSED);
+  tsolid_boundary_free(from);
+  free_mixture(&m);
+  part_free(&p);
+}
+
 int main(void) {
   tsolid_context *context = new_context();
   test_rewritten(context);
+  test_finer_neighbours(context);
+  test_bezier_patches(context);
+  test_smooth(context);
+  test_refused(context);
   tsolid_context_free(context);
   return check_done();
 }
