@@ -123,10 +123,9 @@ class ModelTest(ChainCase):
         print(row("mouse", chain.report, chain.seconds), flush=True)
 
     def test_every_carrier_is_conformal(self):
-        """As half-edges, T-spline patches and Bezier elements; no proof is asked for here."""
-        ways = [("shaft", "tsm"), ("shaft", "elements"), ("blade_tspline", "patches"),
-                ("blade_tspline", "elements")]
-        for name, carrier in ways:
+        """As half-edges and as T-spline patches; no proof is asked for here. As Bezier elements:
+        the mouse."""
+        for name, carrier in (("shaft", "tsm"), ("blade_tspline", "patches")):
             with self.subTest("%s as %s" % (name, carrier)):
                 chain = ModelChain(name, self.folder, "--effort", "none", carrier=carrier)
                 self.assertIn(chain.code, (0, 2), chain.text)
