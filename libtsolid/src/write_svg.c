@@ -361,7 +361,7 @@ static void put_legend(picture *p) {
   int x = 3000;
   char fill[8];
   put_text(p, "<g fill=\"#222\">\n");
-  for (int level = p->first_level; level <= p->last_level; level++, x += 14500) {
+  for (int level = p->first_level; level <= p->last_level; level++, x += 16000) {
     colour_of(p, level, 1.0, fill);
     put_key(p, x, fill);
     put_text(p, "<text font-size=\"1900\" x=\"");
@@ -374,7 +374,7 @@ static void put_legend(picture *p) {
     tsi_output_integer(&p->out, p->n_level[level]);
     put_text(p, "</text>\n");
   }
-  for (int k = 0; k < 2; k++, x += 14000) {
+  for (int k = 0; k < 2; k++, x += 14500) {
     put_key(p, x, LAYER[k]);
     put_words(p, x + 2700, LEGEND, 1900, k ? "outer layer" : "inner layer");
   }
