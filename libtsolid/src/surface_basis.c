@@ -22,7 +22,7 @@
 static const char stage[] = "surface";
 static const double agreement = 1e-9;
 
-enum { VISITS_PER_FACE = 400, SPARE_VISITS = 4096, MAX_CUTS = 4096 };
+enum { VISITS_PER_FACE = 128, SPARE_VISITS = 4096, MAX_WINDINGS = 64, MAX_CUTS = 4096 };
 
 /* A function in one of its quadrants: x and y run from its vertex outwards. */
 typedef struct quadrant {
@@ -152,27 +152,37 @@ static int is_in_support(const builder *b, const visit *v, const quadrant *q) {
   return overlaps(box[0], box[1], q->end[0]) && overlaps(box[2], box[3], q->end[1]);
 }
 
+/* 1: the running quadrant has the face in this place; -1: it winds round the surface without end.
+ */
 static int was_visited(const builder *b, const visit *v) {
   const visit *all = b->visits.item;
   const int *previous = b->chain.item;
   const double *size = b->mesh.size + 2 * (size_t)v->face;
   double tolerance = 1e-6 * fmax(size[0], size[1]);
+  int n = 0;
   for (int k = b->last_visit[v->face]; k >= 0; k = previous[k])
     if (all[k].turn == v->turn && fabs(all[k].origin[0] - v->origin[0]) <= tolerance &&
         fabs(all[k].origin[1] - v->origin[1]) <= tolerance)
       return 1;
+    else if (++n > MAX_WINDINGS)
+      return -1;
   return 0;
 }
 
 static int add_visit(builder *b, visit v, int number) {
   const quadrant *q = (const quadrant *)b->quadrants.item + number;
+  size_t most = (size_t)VISITS_PER_FACE * (size_t)b->surface->n_faces + SPARE_VISITS;
   v.quadrant = number;
-  if ((b->near && b->near[v.face] == 2) || !is_in_support(b, &v, q) || was_visited(b, &v))
+  if (b->near[v.face] == 2 || !is_in_support(b, &v, q))
     return 1;
-  if (b->visits.n > (size_t)VISITS_PER_FACE * (size_t)b->surface->n_faces + SPARE_VISITS) {
+  int visited = was_visited(b, &v);
+  if (visited > 0)
+    return 1;
+  if (visited < 0 || b->visits.n > most) {
     b->status = tsi_fail(b->context, TSOLID_ERROR_REFUSED, stage,
-                         "The supports of the functions overlap without measure: the T-mesh has "
-                         "functions on hundreds of faces");
+                         "Face %d: functions overlap without measure, their knot intervals are far "
+                         "larger than those of faces beside them",
+                         b->surface->face_record[v.face]);
     return 0;
   }
   int here = (int)b->visits.n;
@@ -308,10 +318,20 @@ static int compare_numbers(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
+/* Sorts cuts and drops repeated ones; returns how many are left. */
+static int tidy_cuts(double *cut, int n, double length) {
+  int n_kept = 0;
+  qsort(cut, (size_t)n, sizeof *cut, compare_numbers);
+  for (int c = 0; c < n; c++)
+    if (n_kept == 0 || cut[c] > cut[n_kept - 1] + agreement * length)
+      cut[n_kept++] = cut[c];
+  return n_kept;
+}
+
 /* The lines of all functions across a face, its own borders among them. */
 static int find_cuts(builder *b, int face, int axis, double *cut, int *n) {
   double length = b->mesh.size[2 * (size_t)face + (size_t)axis];
-  int n_cuts = 0, n_kept = 0;
+  int n_cuts = 0;
   cut[n_cuts++] = 0.0;
   cut[n_cuts++] = length;
   for (size_t k = b->visit_start[face]; k < b->visit_start[face + 1]; k++) {
@@ -324,29 +344,17 @@ static int find_cuts(builder *b, int face, int axis, double *cut, int *n) {
       if (!(x > agreement * length) || !(x < length * (1.0 - agreement)) ||
           q->knot[along][i] > q->end[along])
         continue;
-      if (n_cuts == MAX_CUTS) {
-        qsort(cut, (size_t)n_cuts, sizeof *cut, compare_numbers);
-        n_kept = 0;
-        for (int c = 0; c < n_cuts; c++)
-          if (n_kept == 0 || cut[c] > cut[n_kept - 1] + agreement * length)
-            cut[n_kept++] = cut[c];
-        n_cuts = n_kept;
-        if (n_cuts > MAX_CUTS / 2) {
-          b->status = tsi_fail(b->context, TSOLID_ERROR_REFUSED, stage,
-                               "Face %d is cut by more than %d lines",
-                               b->surface->face_record[face], MAX_CUTS / 2);
-          return 0;
-        }
+      if (n_cuts == MAX_CUTS && (n_cuts = tidy_cuts(cut, n_cuts, length)) > MAX_CUTS / 2) {
+        b->status = tsi_fail(b->context, TSOLID_ERROR_REFUSED, stage,
+                             "Face %d is cut by more than %d lines", b->surface->face_record[face],
+                             MAX_CUTS / 2);
+        return 0;
       }
       cut[n_cuts++] = x;
     }
   }
-  qsort(cut, (size_t)n_cuts, sizeof *cut, compare_numbers);
-  for (int c = 0; c < n_cuts; c++)
-    if (n_kept == 0 || cut[c] > cut[n_kept - 1] + agreement * length)
-      cut[n_kept++] = cut[c];
-  cut[n_kept - 1] = length;
-  *n = n_kept;
+  *n = tidy_cuts(cut, n_cuts, length);
+  cut[*n - 1] = length;
   return 1;
 }
 
