@@ -15,9 +15,9 @@ from examples.cube_mesh import write_model, write_tsm
 from examples.models import CARRIERS, MODELS, blade_nurbs, file_of
 from tsm_surface import TsmSurface
 
-# Zhang, Wang, Hughes (2012), doi:10.1007/s00366-012-0267-7 says these of its models in table 1:
-# input nodes and elements, T-mesh nodes, partial extraordinary nodes, Bezier elements, worst and
-# best Jacobian, seconds.
+# Table 1 of Y. Zhang, W. Wang, T. J. R. Hughes: Conformal solid T-spline construction from boundary
+# T-spline representations. Of each model: input nodes and elements, T-mesh nodes, partial
+# extraordinary nodes, Bezier elements, worst and best Jacobian, seconds.
 PAPER = {"mouse": (320, 164, 1429, 44, 454, 0.09, 1.00, 1.9),
          "boat": (764, 420, 2852, 56, 1375, 0.07, 1.00, 5.2),
          "blade_nurbs": (442, 256, 1763, 44, 672, 0.02, 1.00, 3.2),

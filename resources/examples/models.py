@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """The six models: T-spline surfaces like a cube's, with about as many control points and Bezier
-elements as the models of table 1 in Zhang, Wang, Hughes (2012), which are not published.
+elements as the models of table 1 in Zhang, Wang, Hughes, Conformal solid T-spline construction from
+boundary T-spline representations; those themselves are not published.
 
 Each function returns a CubeMesh with its control points.
 """

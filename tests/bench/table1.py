@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Table 1 of Zhang, Wang, Hughes (2012), our models beside the paper's.
+"""Table 1 of Zhang, Wang, Hughes, Conformal solid T-spline construction from boundary T-spline
+representations: our models beside the paper's.
 
     table1.py [--model NAME]... [--effort E] [--threads N] [--check] [--keep DIR] [--picture PNG]
 
