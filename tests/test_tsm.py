@@ -624,6 +624,17 @@ class BadTest(SurfaceTest):
             with self.subTest(change):
                 self.check_refused(self.change(*change), words)
 
+    def test_intervals_too_different(self):
+        """Refused where positions could not be told apart; up to there the sum stays one."""
+        for small, words in ((1e-5, None), (1e-9, r"edges \d+ and \d+")):
+            values = [[0.0] + [small * k for k in range(1, 20)] + [1.0, 2.0], [0.0, small, 1.0]]
+            boxes = [(i, i + 1, j, j + 1) for i in range(21) for j in range(2)]
+            text = Mesh(values, boxes).text(lambda p, i, j: (p[0], p[1], 0, 1))
+            if words:
+                self.check_refused(text, words)
+            else:
+                self.assertLess(self.load(text).facts()["sum_defect"], 1e-9)
+
     def test_bad_files(self):
         good = self.good()
         self.check_refused(good.replace("#TS0200", "TS"), "line 1")

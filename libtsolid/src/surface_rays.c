@@ -24,6 +24,9 @@
 static const char stage[] = "surface";
 static const double agreement = 1e-9; /* of positions on opposite sides, relative to their length */
 
+/* Positions are sums of intervals: beyond this they would not be told apart within `agreement`. */
+static const double largest_ratio = 1e6;
+
 enum { MAX_STEPS = 64 };
 
 /* ---- directions --------------------------------------------------------------------------------
@@ -178,10 +181,29 @@ static tsi_vertex_kind find_kind(const tsi_mesh *m, int vertex) {
   return n_creases > 0 && n_creases == n_inner ? TSI_CORNER : TSI_STAR;
 }
 
+static tsolid_status check_intervals(tsolid_context *context, const tsolid_surface *s) {
+  int least = -1, most = -1;
+  for (int e = 0; e < s->n_edges; e++) {
+    if (!(s->interval[e] > 0.0))
+      continue;
+    least = least < 0 || s->interval[e] < s->interval[least] ? e : least;
+    most = most < 0 || s->interval[e] > s->interval[most] ? e : most;
+  }
+  if (least < 0 || s->interval[most] <= largest_ratio * s->interval[least])
+    return TSOLID_OK;
+  return tsi_fail(context, TSOLID_ERROR_REFUSED, stage,
+                  "The knot intervals of edges %d and %d, %g and %g, are too different: at most %g "
+                  "to 1 is taken",
+                  s->tsm.edge_record[most], s->tsm.edge_record[least], s->interval[most],
+                  s->interval[least], largest_ratio);
+}
+
 tsolid_status tsi_mesh_create(tsolid_context *context, tsi_arena *arena, const tsolid_surface *s,
                               tsi_mesh *m) {
-  tsolid_status status = TSOLID_OK;
+  tsolid_status status = check_intervals(context, s);
   *m = (tsi_mesh){.context = context, .surface = s};
+  if (status)
+    return status;
   m->side = tsi_arena_new(arena, (size_t)s->n_links, sizeof *m->side);
   m->at = tsi_arena_new(arena, (size_t)s->n_links, sizeof *m->at);
   m->size = tsi_arena_new(arena, (size_t)s->n_faces, 2 * sizeof *m->size);
