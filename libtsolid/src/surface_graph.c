@@ -91,6 +91,10 @@ static double corner_value(const tsolid_surface *s, int k, int corner) {
   return s->coefficient[(size_t)k * net_size(s) + corner_index(s, corner)];
 }
 
+static int count_functions(const tsolid_surface *s, int element) {
+  return s->function_start[element + 1] - s->function_start[element];
+}
+
 static int same_corners(const tsolid_surface *s, int a, int b) {
   int i = s->function_start[a / 4], end_i = s->function_start[a / 4 + 1];
   int j = s->function_start[b / 4], end_j = s->function_start[b / 4 + 1];
@@ -132,6 +136,7 @@ static tsolid_status glue_corners(graph *g) {
   const tsolid_surface *s = g->surface;
   const double window = 1e-7;
   size_t n = 4 * (size_t)s->n_faces, n_kept = 0, work = 0;
+  size_t n_entries = (size_t)s->function_start[s->n_faces];
   corner_key *key = tsi_arena_new(g->arena, n, sizeof *key);
   corner_key *kept = tsi_arena_new(g->arena, n, sizeof *kept);
   g->vertex = tsi_arena_new(g->arena, n, sizeof *g->vertex);
@@ -146,9 +151,10 @@ static tsolid_status glue_corners(graph *g) {
   for (size_t i = 0; i < n; i++) {
     int corner = key[i].corner, found = -1;
     for (size_t j = n_kept; j-- > 0 && key[i].sum - kept[j].sum <= window && found < 0;) {
+      work += (size_t)(count_functions(s, corner / 4) + count_functions(s, kept[j].corner / 4));
       if (same_corners(s, corner, kept[j].corner))
         found = kept[j].corner;
-      if (++work > 64 * n + 1000000) {
+      if (work > 400 * n_entries + 1000000) { /* one comparison a corner is the rule */
         tsolid_finding finding = element_finding(g, corner / 4);
         return tsi_report(g->context, &finding,
                           "Too many corners of elements nearly coincide, at element %d",
@@ -244,7 +250,7 @@ static double compare_rows(const graph *g, const segment *a, const segment *b, c
 
 static void restrict_rows(const graph *g, const segment *a, double part, double *rows) {
   const tsolid_surface *s = g->surface;
-  int n = s->function_start[a->element + 1] - s->function_start[a->element];
+  int n = count_functions(s, a->element);
   for (int k = 0; k < n; k++)
     tsi_bernstein_restrict(s->degree, 0.0, part, rows + (size_t)k * (size_t)(s->degree + 1), 1);
 }
@@ -374,7 +380,7 @@ static tsolid_status start_segments(graph *g) {
   const tsolid_surface *s = g->surface;
   size_t n = 4 * (size_t)s->n_faces, widest = 1;
   for (int e = 0; e < s->n_faces; e++) {
-    size_t k = (size_t)(s->function_start[e + 1] - s->function_start[e]);
+    size_t k = (size_t)count_functions(s, e);
     widest = k > widest ? k : widest;
   }
   /* a split uses up a segment without partner: at most n of them, with two ends added each */
@@ -652,9 +658,7 @@ static double find_ratio(graph *g, const segment *a, const segment *b) {
   if (!(weight < 0.0) || !(sums.aa > 0.0) || !isfinite(weight))
     return 0.0;
   double difference = compare_rows(g, a, b, &weight, 0, &sums), largest = 0.0;
-  size_t n = (size_t)(g->surface->function_start[a->element + 1] -
-                      g->surface->function_start[a->element]) *
-             (size_t)(g->surface->degree + 1);
+  size_t n = (size_t)count_functions(g->surface, a->element) * (size_t)(g->surface->degree + 1);
   for (size_t i = 0; i < n; i++)
     largest = fmax(largest, fabs(g->row[0][i]));
   return difference <= same_derivative * largest ? round_ratio(-weight) : 0.0;
