@@ -545,6 +545,53 @@ class StarTest(SurfaceTest):
                 for normal in found:
                     self.assertLess(distance(normal, found[0]), 1e-9)
 
+    def test_smoothness_round_stars(self):
+        """Across edges with an end at a star C^0; C^2 across those opposite it; farther out C^1,
+        and C^2 where the intervals of the spokes are equal. By derivatives from both sides."""
+        rng = random.Random(4)
+        for equal in (True, False):
+            widths = [[1.0 if equal else rng.uniform(0.4, 2) for _ in range(4)] for _ in range(3)]
+            surface, _, quads, _ = self.box((4, 4, 4), widths, rng)
+            valence = {p: len([q for q in quads if p in q]) for q in quads for p in q}
+            worst = {}
+            owner = {
+                (q[k], q[(k + 1) % 4]): (f, k) for f, q in enumerate(quads) for k in range(4)
+            }
+            for (p, q), (f, k) in owner.items():
+                g, m = owner[q, p]
+                at_star = 3 in (valence[p], valence[q])
+                touching = any(valence[x] == 3 for x in quads[f] + quads[g])
+                for t in (0.1, 0.5, 0.8):
+                    a, b = self.across(surface, f, k, t), self.across(surface, g, m, 1 - t)
+                    for order in (1, 2):
+                        sign = 1 if order == 2 else -1
+                        jump = distance(a[order], [sign * c for c in b[order]])
+                        key = (at_star, touching, order)
+                        worst[key] = max(worst.get(key, 0.0), jump)
+            self.assertGreater(worst[True, True, 1], 1e-3)
+            for key in ((False, True, 1), (False, True, 2), (False, False, 1)):
+                self.assertLess(worst[key], 1e-10, key)
+            if equal:
+                self.assertLess(worst[False, False, 2], 1e-10)
+
+    @staticmethod
+    def across(surface, face, side, t):
+        """Point, first and second derivative inwards at t along a side, from the Bezier points."""
+        (element,) = surface.elements(face)
+        points, size = surface.points, surface.face_sizes[face, 1 - side % 2]
+        out = []
+        for order, weights in enumerate(([1], [-3, 3], [6, -12, 6])):
+            total = [0.0] * 3
+            for r, weight in enumerate(weights):
+                for a in range(4):
+                    i, j = ((a, r), (3 - r, a), (3 - a, 3 - r), (r, 3 - a))[side]
+                    b = (1, 3, 3, 1)[a] * t**a * (1 - t) ** (3 - a) * weight / size**order
+                    for f, c in zip(element.functions, element.coefficients):
+                        for d in range(3):
+                            total[d] += b * c[i + 4 * j] * points[f, d]
+            out.append(total)
+        return out
+
     def test_t_junction_too_near_is_refused_by_name(self):
         """A quad cut in two: near a corner it is refused, far from all eight it is taken."""
         vertices, quads = tsm_plane.box_quads((9, 9, 9))

@@ -18,14 +18,15 @@
  *
  * On a grid all this is the bicubic B-spline, C^2. Round a star it is one polynomial per face: C^0
  * along the spokes, with one tangent plane at a star of valence three (all first Bezier points of
- * the fan are in the plane of its three face points), C^1 with equal intervals across the edges
- * opposite the star, and C^2 farther away. It is the template of zero-interval spokes of Zhang,
- * Wang and Hughes (2012) with the template's control points put at these means; written as
- * functions of the input's own control points, all of them >= 0 with sum one.
+ * the fan are in the plane of its three face points), C^2 across the edges opposite the star, and
+ * beyond them C^2 where the intervals of the spokes are equal; else C^1 along the first edge that
+ * carries a spoke on. It is the template of zero-interval spokes of Zhang, Wang and Hughes (2012)
+ * with the template's control points put at these means; written as functions of the input's own
+ * control points, all of them >= 0 with sum one.
  *
- * A modeller has a rule of its own there. The two surfaces differ on the faces at the star and, as
- * curves on an edge and derivatives across it go, on nothing farther out: within one ring of faces
- * of the star vertex, two where the intervals of the spokes differ. */
+ * A modeller has a rule of its own there. This surface differs from the modeller's within one ring
+ * of faces round the star vertex, two rings where the intervals of the spokes differ; outside, the
+ * Bezier points are those of the B-spline that the mesh is there. */
 #include "surface_rays.h"
 
 static const char stage[] = "surface";
