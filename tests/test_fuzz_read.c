@@ -316,7 +316,56 @@ static tsolid_solid *make_solid(tsolid_context *context, const tsolid_boundary *
   return solid;
 }
 
-/* Three seeds: patches, the same as Bezier elements, a solid. */
+/* The first patch as a T-spline, the second as Bezier elements, both on points of their own. */
+static size_t make_mixed_seed(tsolid_context *context, const tsolid_boundary_input *input,
+                              const tsolid_boundary *boundary, unsigned char *bytes) {
+  enum { MOST = 64 };
+  double points[8 * MOST], knots[2][MOST * 8];
+  int point[MOST], function[MOST], n = 0;
+  tsolid_patch patch[6];
+  tsolid_bezier_boundary view;
+  tsolid_placement place;
+  memcpy(patch, input->patches, sizeof patch);
+  tsolid_boundary_view(boundary, &view);
+  tsolid_tspline t = {.degree = {patch[0].degree[0], patch[0].degree[1]},
+                      .n_functions = patch[0].n_control[0] * patch[0].n_control[1],
+                      .point = point,
+                      .knots = {knots[0], knots[1]},
+                      .domain = {patch[0].knots[0][0], patch[0].knots[0][patch[0].n_control[0]],
+                                 patch[0].knots[1][0], patch[0].knots[1][patch[0].n_control[1]]}};
+  if (!CHECK(t.n_functions <= MOST / 2 && t.degree[0] <= 6 && t.degree[1] <= 6))
+    return 0;
+  for (int i = 0; i < t.n_functions; i++, n++) {
+    double w = patch[0].weights ? patch[0].weights[i] : 1.0;
+    int at[2] = {i % patch[0].n_control[0], i / patch[0].n_control[0]};
+    for (int d = 0; d < 2; d++) {
+      size_t width = (size_t)t.degree[d] + 2;
+      memcpy(knots[d] + (size_t)i * width, patch[0].knots[d] + at[d], width * sizeof(double));
+    }
+    for (int c = 0; c < 3; c++)
+      points[4 * n + c] = w * patch[0].points[3 * i + c];
+    points[4 * n + 3] = w;
+    point[i] = n;
+  }
+  CHECK(tsolid_boundary_placement(boundary, 1, &place) == TSOLID_OK);
+  tsolid_bezier_side side = view.side[place.side];
+  if (!CHECK(side.n_elements == 1 && side.function_start[1] <= MOST / 2))
+    return 0;
+  for (int i = 0; i < side.function_start[1]; i++) {
+    memcpy(points + 4 * n, view.points + 4 * side.function[i], 4 * sizeof *points);
+    function[i] = n++;
+  }
+  side.function = function;
+  memset(&patch[0], 0, sizeof patch[0]);
+  memset(&patch[1], 0, sizeof patch[1]);
+  patch[0].tspline = &t;
+  patch[1].bezier = &side;
+  tsolid_boundary_input mixed = {.n_patches = 6, .patches = patch, .n_points = n, .points = points};
+  CHECK(input->n_patches == 6 && tsolid_write_tsb(context, &mixed, path_in) == TSOLID_OK);
+  return load(path_in, bytes);
+}
+
+/* Four seeds: patches, the same as Bezier elements, a solid, patches of all kinds. */
 static int make_seeds(buffer *seed) {
   char path[1024];
   const char *root = getenv("TSOLID_SOURCE_DIR");
@@ -336,6 +385,8 @@ static int make_seeds(buffer *seed) {
     tsolid_boundary_input input = {.bezier = &view};
     CHECK(tsolid_write_tsb(context, &input, path_in) == TSOLID_OK);
     seed[1].size = load(path_in, seed[1].bytes);
+    seed[3].size =
+        make_mixed_seed(context, tsolid_boundary_file_input(file), boundary, seed[3].bytes);
     solid = make_solid(context, boundary);
   }
   if (CHECK(solid != NULL)) {
@@ -346,25 +397,25 @@ static int make_seeds(buffer *seed) {
   tsolid_boundary_free(boundary);
   tsolid_boundary_file_free(file);
   tsolid_context_free(context);
-  return seed[0].size && seed[1].size && seed[2].size;
+  return seed[0].size && seed[1].size && seed[2].size && seed[3].size;
 }
 
 int main(int argc, char **argv) {
-  static buffer seed[3], changed;
-  long count = argc > 1 ? atol(argv[1]) : 1500, n_accepted[3] = {0, 0, 0};
+  static buffer seed[4], changed;
+  long count = argc > 1 ? atol(argv[1]) : 1500, n_accepted[4] = {0, 0, 0, 0};
   random_state = (argc > 2 ? strtoull(argv[2], NULL, 10) : 1) * 0x9e3779b97f4a7c15u | 1;
   if (!CHECK(choose_paths()) || !CHECK(make_seeds(seed)))
     return check_done();
-  for (int k = 0; k < 3; k++)
+  for (int k = 0; k < 4; k++)
     CHECK(try_file(seed[k].bytes, seed[k].size));
   for (long k = 0; k < count && check_n_failed == 0; k++) {
-    int which = (int)(k % 3);
+    int which = (int)(k % 4);
     changed = seed[which];
     mutate(&changed, which == 2);
     n_accepted[which] += try_file(changed.bytes, changed.size);
   }
-  printf("%ld files; accepted: %ld of patches, %ld of elements, %ld solids\n", count, n_accepted[0],
-         n_accepted[1], n_accepted[2]);
+  printf("%ld files; accepted: %ld of patches, %ld of elements, %ld solids, %ld mixed\n", count,
+         n_accepted[0], n_accepted[1], n_accepted[2], n_accepted[3]);
   if (check_n_failed) {
     printf("the file is kept: %s\n", path_in);
     return check_done();
