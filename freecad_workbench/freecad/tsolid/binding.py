@@ -361,7 +361,7 @@ class BoundaryFile(_Handle):
         return self.library.tsolid_boundary_file_input(self.handle).contents
 
     def patches(self):
-        """Copies of the patches; none when some are not NURBS patches, which have no mirror here."""
+        """Copies of the patches; none when some are not NURBS patches: they have no mirror here."""
         given = self.input
         if given.n_points:
             return []
