@@ -394,7 +394,8 @@ static void keep_line(char *to, size_t *size, const text_line *line) {
   size_t n = (size_t)(line->end - line->at);
   if (n == 0)
     return;
-  memcpy(to + *size, line->at, n);
+  for (size_t k = 0; k < n; k++)
+    to[*size + k] = line->at[k] ? line->at[k] : ' '; /* the text ends with a zero byte */
   to[*size + n] = '\n';
   *size += n + 1;
 }
