@@ -110,7 +110,7 @@ class HexBlocks(unittest.TestCase):
         force.Direction = (source, ["Edge%d" % number])
         for obj in (solver, material, fixed, force):
             analysis.addObject(obj)
-        fem.mesh_with_hex_blocks(solid, size=5.0, order=2, analysis=analysis)
+        fem.mesh_with_hex_blocks(solid, size=5.0, order=2, container=analysis)
         doc.recompute()
         with tempfile.TemporaryDirectory() as folder:
             run = ccxtools.FemToolsCcx(analysis, solver, test_mode=False)

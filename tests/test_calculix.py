@@ -18,6 +18,8 @@ import numpy
 import binding_parts
 from binding_parts import binding
 
+from freecad.tsolid import analysis  # noqa: E402
+
 E, NU, DENSITY = 210e3, 0.3, 7.85e-9  # steel in N, mm, tonnes
 
 
@@ -102,7 +104,7 @@ class CalculixTest(unittest.TestCase):
     def deck(self, patches, **options):
         self.context = binding.Context()
         self.solid = build(patches)
-        self.mesh = binding.HexMesh.create(self.context, self.solid, **options)
+        self.mesh = analysis.HexMesh.create(self.context, self.solid, **options)
         self.assertTrue(self.mesh.proved)
         self.assertGreater(self.mesh.worst, 0)
         return Deck(self.folder, self.mesh, self.mesh.regions, self.context)

@@ -694,6 +694,55 @@ TSOLID_API tsolid_status tsolid_read_bext(tsolid_context *context, const char *p
 TSOLID_API void tsolid_bext_free(tsolid_bext *bext);
 TSOLID_API void tsolid_bext_get(const tsolid_bext *bext, tsolid_bext_view *view);
 
+/* ---- matrices for analysis ---------------------------------------------------------------------
+ */
+
+typedef enum tsolid_matrix_kind {
+  TSOLID_MASS = 0,  /* integral of R_A R_B */
+  TSOLID_LAPLACE,   /* integral of grad R_A . grad R_B */
+  TSOLID_ELASTICITY /* linear elasticity, isotropic; row 3 A + i is component i of function A */
+} tsolid_matrix_kind;
+
+typedef struct tsolid_material {
+  double young, poisson; /* young > 0, -1 < poisson < 0.5 */
+} tsolid_material;
+
+/* Symmetric, all entries stored: row i has the columns column[k], ascending, with value[k],
+ * k = row_start[i] .. row_start[i+1]-1. */
+typedef struct tsolid_matrix tsolid_matrix;
+
+typedef struct tsolid_matrix_view {
+  int n_rows, n_components; /* rows = functions * components */
+  const size_t *row_start;
+  const int *column;
+  const double *value;
+} tsolid_matrix_view;
+
+/* Of the solid's rational functions R_A = w_A N_A / sum of w_B N_B, in the numbering of the space.
+ * material: for elasticity only; NULL: young 1, poisson 0. */
+TSOLID_API tsolid_status tsolid_matrix_create(tsolid_context *context, const tsolid_solid *solid,
+                                              tsolid_matrix_kind kind,
+                                              const tsolid_material *material,
+                                              tsolid_matrix **matrix);
+TSOLID_API void tsolid_matrix_free(tsolid_matrix *matrix);
+TSOLID_API void tsolid_matrix_get(const tsolid_matrix *matrix, tsolid_matrix_view *view);
+
+/* load[A] = integral of R_A over a region of the boundary (its name is not used), n_functions
+ * numbers; times a traction it is the right-hand side. */
+TSOLID_API tsolid_status tsolid_face_load(tsolid_context *context, const tsolid_solid *solid,
+                                          const tsolid_region *region, double *load);
+
+/* MatrixMarket (coordinate, symmetric: the lower triangle, counted from 1) and PETSc's binary form
+ * (MATAIJ, all entries; 32 bit indices). A vector: n numbers, as a dense array or as Vec. */
+TSOLID_API tsolid_status tsolid_write_matrix_market(tsolid_context *context,
+                                                    const tsolid_matrix *matrix, const char *path);
+TSOLID_API tsolid_status tsolid_write_petsc(tsolid_context *context, const tsolid_matrix *matrix,
+                                            const char *path);
+TSOLID_API tsolid_status tsolid_write_vector_market(tsolid_context *context, int n,
+                                                    const double *value, const char *path);
+TSOLID_API tsolid_status tsolid_write_vector_petsc(tsolid_context *context, int n,
+                                                   const double *value, const char *path);
+
 #ifdef __cplusplus
 }
 #endif

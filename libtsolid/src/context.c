@@ -58,6 +58,8 @@ size_t tsolid_struct_size(const char *name) {
       ROW(tsolid_hex_options),
       ROW(tsolid_hex_view),
       ROW(tsolid_bext_view),
+      ROW(tsolid_material),
+      ROW(tsolid_matrix_view),
   };
 #undef ROW
   for (size_t i = 0; name && i < sizeof table / sizeof *table; i++)

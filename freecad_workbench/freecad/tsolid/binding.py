@@ -28,7 +28,11 @@ SIDE_NAMES = ("x low", "x high", "y low", "y high", "z low", "z high")
 BORDER_NAMES = ("v low", "u high", "v high", "u low")
 CORNER_NAMES = ("u low v low", "u high v low", "u high v high", "u low v high")
 
-_ITEM_SIZE = {"d": ctypes.sizeof(c_double), "i": ctypes.sizeof(c_int)}
+_ITEM_SIZE = {
+    "d": ctypes.sizeof(c_double),
+    "i": ctypes.sizeof(c_int),
+    "Q": ctypes.sizeof(ctypes.c_size_t),
+}
 
 
 class Finding(
@@ -710,91 +714,6 @@ class Solid(_Handle):
             byref(distance),
         )
         return (block.value, tuple(u), distance.value) if found.value else None
-
-
-class HexMesh(_Handle):
-    """Conforming hexahedra of a solid. regions: (name, side, (s0, s1, t0, t1)) per named part of
-    the boundary; without, the six sides."""
-
-    _free = "tsolid_hex_free"
-
-    @classmethod
-    def create(
-        cls,
-        context,
-        solid,
-        order=1,
-        size=0.0,
-        divisions=(0, 0, 0, 0),
-        grading=0.0,
-        max_elements=0,
-        allow_unproved=False,
-        regions=(),
-    ):
-        structs = (header.RegionStruct * max(1, len(regions)))()
-        for struct, (name, side, box) in zip(structs, regions):
-            struct.name, struct.side = name.encode("utf-8"), side
-            struct.box[:] = box
-        options = header.HexOptions(
-            order=order,
-            size=size,
-            divisions=(c_int * 4)(*divisions),
-            grading=grading,
-            max_elements=max_elements,
-            allow_unproved=bool(allow_unproved),
-            n_regions=len(regions),
-            regions=structs,
-        )
-        handle = c_void_p()
-        context.call("tsolid_hex_create", solid.handle, byref(options), byref(handle))
-        return cls(context, handle)
-
-    def _get(self):
-        view = header.HexView()
-        self.library.tsolid_hex_get(self.handle, byref(view))
-        return view
-
-    @property
-    def order(self):
-        return self._get().order
-
-    @property
-    def worst(self):
-        """The smallest scaled Jacobian."""
-        return self._get().worst
-
-    @property
-    def proved(self):
-        return bool(self._get().proved)
-
-    @property
-    def divisions(self):
-        return tuple(self._get().divisions)
-
-    @property
-    def nodes(self):
-        """Rows of 3."""
-        view = self._get()
-        return _view(view.nodes, self, "d", view.n_nodes, 3)
-
-    @property
-    def elements(self):
-        """Rows of 8 or 20 nodes, zero-based, in the order of Abaqus."""
-        view = self._get()
-        return _view(view.element, self, "i", view.n_elements, view.nodes_per_element)
-
-    @property
-    def regions(self):
-        """name: rows of (element, face 0..5)."""
-        view = self._get()
-        faces = _view(view.region_face, self, "i", view.region_start[view.n_regions], 2)
-        return {
-            _text(view.region_name[k]): faces[view.region_start[k] : view.region_start[k + 1]]
-            for k in range(view.n_regions)
-        }
-
-    def write_inp(self, context, path):
-        context.call("tsolid_write_inp", self.handle, os.fsencode(path))
 
 
 class _Borrowed:

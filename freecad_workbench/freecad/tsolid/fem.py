@@ -3,14 +3,14 @@
 
     import freecad.tsolid as ts
     result = ts.build(App.ActiveDocument.Box)
-    mesh = ts.hex_mesh(result, size=2.0, order=2)       # binding.HexMesh: nodes, elements, regions
+    mesh = ts.hex_mesh(result, size=2.0, order=2)       # analysis.HexMesh: nodes, elements, regions
     mesh.write_inp(binding.Context(), "box.inp")
     obj = ts.mesh_with_hex_blocks(App.ActiveDocument.SolidTSpline, size=2.0)
 
 Groups of the mesh are called as the part's faces are: Face1, Face2, ...
 """
 
-from . import binding, document
+from . import analysis, binding, document
 
 # FreeCAD's order of the nodes of a hexahedron, from that of Abaqus; see feminout/importInpMesh.
 _FREECAD_ORDER = (5, 6, 7, 4, 1, 2, 3, 0, 13, 14, 15, 12, 9, 10, 11, 8, 17, 18, 19, 16)
@@ -39,7 +39,7 @@ def regions_of(report):
 
 
 def hex_mesh(given, progress=None, **options):
-    """Hexahedra of a BuildResult or a SolidTSpline object; options: see binding.HexMesh.create.
+    """Hexahedra of a BuildResult or a SolidTSpline object; options: see analysis.HexMesh.create.
 
     Raises binding.Refused: the solid is not proved valid, a hexahedron folds, or too many.
     """
@@ -50,7 +50,7 @@ def hex_mesh(given, progress=None, **options):
         solid, report = given.solid, given.report
     if solid is None:
         raise ValueError("there is no solid to mesh: build it first")
-    return binding.HexMesh.create(context, solid, regions=regions_of(report), **options)
+    return analysis.HexMesh.create(context, solid, regions=regions_of(report), **options)
 
 
 def fem_mesh(mesh):
@@ -83,7 +83,7 @@ def fem_mesh(mesh):
 # ---- in the document -------------------------------------------------------------------------
 
 
-def mesh_with_hex_blocks(solid, size=0.0, order=1, grading=1.0, analysis=None):
+def mesh_with_hex_blocks(solid, size=0.0, order=1, grading=1.0, container=None):
     """A FemMeshObject of a SolidTSpline object, in its document and, if given, in an analysis."""
     fem = solid.Document.addObject("Fem::FemMeshObject", solid.Name + "_HexBlocks")
     fem.Label = solid.Label + " hex blocks"
@@ -91,8 +91,8 @@ def mesh_with_hex_blocks(solid, size=0.0, order=1, grading=1.0, analysis=None):
         fem.addProperty(kind, name, group, description)
     fem.Solid, fem.Size, fem.Order, fem.Grading = solid, size, order, grading
     remesh(fem)
-    if analysis is not None:
-        analysis.addObject(fem)
+    if container is not None:
+        container.addObject(fem)
     return fem
 
 

@@ -53,11 +53,18 @@ class Verdict(enum.IntEnum):
     UNDECIDED = 2
 
 
+class MatrixKind(enum.IntEnum):
+    MASS = 0
+    LAPLACE = 1
+    ELASTICITY = 2
+
+
 ENUMS = {
     "tsolid_status": Status,
     "tsolid_severity": Severity,
     "tsolid_entity": Entity,
     "tsolid_verdict": Verdict,
+    "tsolid_matrix_kind": MatrixKind,
 }
 
 ALLOCATE = ctypes.CFUNCTYPE(c_void_p, c_void_p, c_size_t)
@@ -451,6 +458,20 @@ class BextView(ctypes.Structure):
     ]
 
 
+class Material(ctypes.Structure):
+    _fields_ = [("young", c_double), ("poisson", c_double)]
+
+
+class MatrixView(ctypes.Structure):
+    _fields_ = [
+        ("n_rows", c_int),
+        ("n_components", c_int),
+        ("row_start", POINTER(c_size_t)),
+        ("column", _ints),
+        ("value", _doubles),
+    ]
+
+
 STRUCTS = {
     "tsolid_finding": FindingStruct,
     "tsolid_context_options": ContextOptions,
@@ -483,6 +504,8 @@ STRUCTS = {
     "tsolid_hex_options": HexOptions,
     "tsolid_hex_view": HexView,
     "tsolid_bext_view": BextView,
+    "tsolid_material": Material,
+    "tsolid_matrix_view": MatrixView,
 }
 
 OPAQUE = (
@@ -495,6 +518,7 @@ OPAQUE = (
     "tsolid_solid",
     "tsolid_hex",
     "tsolid_bext",
+    "tsolid_matrix",
 )
 
 _handle = c_void_p
@@ -589,4 +613,12 @@ FUNCTIONS = {
     "tsolid_read_bext": (c_int, [_handle, c_char_p, _handle_out]),
     "tsolid_bext_free": (None, [_handle]),
     "tsolid_bext_get": (None, [_handle, POINTER(BextView)]),
+    "tsolid_matrix_create": (c_int, [_handle, _handle, c_int, POINTER(Material), _handle_out]),
+    "tsolid_matrix_free": (None, [_handle]),
+    "tsolid_matrix_get": (None, [_handle, POINTER(MatrixView)]),
+    "tsolid_face_load": (c_int, [_handle, _handle, POINTER(RegionStruct), _doubles]),
+    "tsolid_write_matrix_market": (c_int, [_handle, _handle, c_char_p]),
+    "tsolid_write_petsc": (c_int, [_handle, _handle, c_char_p]),
+    "tsolid_write_vector_market": (c_int, [_handle, c_int, _doubles, c_char_p]),
+    "tsolid_write_vector_petsc": (c_int, [_handle, c_int, _doubles, c_char_p]),
 }

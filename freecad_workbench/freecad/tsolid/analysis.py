@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What analysis takes from a solid: hexahedra, matrices, loads, Bezier extraction; no FreeCAD.
+
+    mesh = HexMesh.create(context, solid, size=2.0, order=2)
+    stiffness = Matrix.create(context, solid, MatrixKind.ELASTICITY, young=210e3, poisson=0.3)
+    load = face_load(context, solid, side=5)
+"""
+
+import os
+from array import array
+from ctypes import byref, c_double, c_int, c_void_p
+
+from . import header
+from .binding import _Handle, _view
+from .header import MatrixKind  # noqa: F401  (part of this module's face)
+
+
+class HexMesh(_Handle):
+    """Conforming hexahedra of a solid. regions: (name, side, (s0, s1, t0, t1)) per named part of
+    the boundary; without, the six sides."""
+
+    _free = "tsolid_hex_free"
+
+    @classmethod
+    def create(
+        cls,
+        context,
+        solid,
+        order=1,
+        size=0.0,
+        divisions=(0, 0, 0, 0),
+        grading=0.0,
+        max_elements=0,
+        allow_unproved=False,
+        regions=(),
+    ):
+        structs = (header.RegionStruct * max(1, len(regions)))()
+        for struct, (name, side, box) in zip(structs, regions):
+            struct.name, struct.side = name.encode("utf-8"), side
+            struct.box[:] = box
+        options = header.HexOptions(
+            order=order,
+            size=size,
+            divisions=(c_int * 4)(*divisions),
+            grading=grading,
+            max_elements=max_elements,
+            allow_unproved=bool(allow_unproved),
+            n_regions=len(regions),
+            regions=structs,
+        )
+        handle = c_void_p()
+        context.call("tsolid_hex_create", solid.handle, byref(options), byref(handle))
+        return cls(context, handle)
+
+    def _get(self):
+        view = header.HexView()
+        self.library.tsolid_hex_get(self.handle, byref(view))
+        return view
+
+    @property
+    def order(self):
+        return self._get().order
+
+    @property
+    def worst(self):
+        """The smallest scaled Jacobian."""
+        return self._get().worst
+
+    @property
+    def proved(self):
+        return bool(self._get().proved)
+
+    @property
+    def divisions(self):
+        return tuple(self._get().divisions)
+
+    @property
+    def nodes(self):
+        """Rows of 3."""
+        view = self._get()
+        return _view(view.nodes, self, "d", view.n_nodes, 3)
+
+    @property
+    def elements(self):
+        """Rows of 8 or 20 nodes, zero-based, in the order of Abaqus."""
+        view = self._get()
+        return _view(view.element, self, "i", view.n_elements, view.nodes_per_element)
+
+    @property
+    def regions(self):
+        """name: rows of (element, face 0..5)."""
+        view = self._get()
+        start = view.region_start[: view.n_regions + 1]
+        names = [name.decode("utf-8", "replace") for name in view.region_name[: view.n_regions]]
+        faces = _view(view.region_face, self, "i", start[-1], 2)
+        return {name: faces[start[k] : start[k + 1]] for k, name in enumerate(names)}
+
+    def write_inp(self, context, path):
+        context.call("tsolid_write_inp", self.handle, os.fsencode(path))
+
+
+class Matrix(_Handle):
+    """A symmetric sparse matrix of the solid's functions in compressed rows."""
+
+    _free = "tsolid_matrix_free"
+
+    @classmethod
+    def create(cls, context, solid, kind, young=1.0, poisson=0.0):
+        material = header.Material(young, poisson)
+        handle = c_void_p()
+        context.call(
+            "tsolid_matrix_create", solid.handle, int(kind), byref(material), byref(handle)
+        )
+        return cls(context, handle)
+
+    def _get(self):
+        view = header.MatrixView()
+        self.library.tsolid_matrix_get(self.handle, byref(view))
+        return view
+
+    @property
+    def n_rows(self):
+        return self._get().n_rows
+
+    def arrays(self):
+        """row_start, column, value; scipy.sparse.csr_matrix takes (value, column, row_start)."""
+        view = self._get()
+        n = view.row_start[view.n_rows]
+        return (
+            _view(view.row_start, self, "Q", view.n_rows + 1),
+            _view(view.column, self, "i", n),
+            _view(view.value, self, "d", n),
+        )
+
+    def write_market(self, context, path):
+        context.call("tsolid_write_matrix_market", self.handle, os.fsencode(path))
+
+    def write_petsc(self, context, path):
+        context.call("tsolid_write_petsc", self.handle, os.fsencode(path))
+
+
+def face_load(context, solid, side, box=(0.0, 1.0, 0.0, 1.0)):
+    """Integrals of all functions over a box (s0, s1, t0, t1) of a side."""
+    load = (c_double * solid.space.n_functions)()
+    region = header.RegionStruct(None, side, (c_double * 4)(*box))
+    context.call("tsolid_face_load", solid.handle, byref(region), load)
+    return array("d", load)
+
+
+class Bext(_Handle):
+    """Bezier extraction as BEXT 2.0 has it."""
+
+    _free = "tsolid_bext_free"
+
+    @classmethod
+    def read(cls, context, path):
+        handle = c_void_p()
+        context.call("tsolid_read_bext", os.fsencode(path), byref(handle))
+        return cls(context, handle)
+
+    def view(self):
+        """The library's struct tsolid_bext_view; valid as long as this object."""
+        view = header.BextView()
+        self.library.tsolid_bext_get(self.handle, byref(view))
+        return view
+
+
+def write_bext(context, solid, path):
+    context.call("tsolid_write_bext", solid.handle, os.fsencode(path))
