@@ -111,6 +111,14 @@ typedef struct builder {
   int n_boundary[VERTICES_MAX]; /* edges between faces that start here */
   int is_corner[VERTICES_MAX];
   int link_of[CELLS_MAX][4]; /* link that begins with this edge of a cell; -1 */
+  /* numbers in the surface, -1: none */
+  int face_of[CELLS_MAX], vertex_of[VERTICES_MAX], function_of[VERTICES_MAX];
+  /* links: 4 cell + edge where it begins, and where its opposite does (-1: open); its number */
+  int n_inner, begin[4 * CELLS_MAX], twin[4 * CELLS_MAX], number[8 * CELLS_MAX];
+  int end_vertex[4 * CELLS_MAX], open_of[VERTICES_MAX], edge_order[4 * CELLS_MAX];
+  double length[4 * CELLS_MAX];
+  int order[8 * CELLS_MAX], done[CELLS_MAX];
+  int n_elements, n_entries;
 } builder;
 
 static inline int builder_is_border(const builder *b, int c, int k) {
@@ -169,47 +177,46 @@ static inline void *part_new(size_t n, size_t size) {
 }
 
 /* Adds the bilinear element with these four corner vertices (00, 10, 11, 01) on a box. */
-static inline void add_element(struct tsolid_surface *s, const cells *m, int *element, int *entry,
-                               const int corner[4], const double box[4], const int *function_of) {
+static inline void add_element(struct tsolid_surface *s, builder *b, const int corner[4],
+                               const double box[4]) {
   weighted list[4][16];
   int count[4], p = s->degree;
-  memcpy(s->box + 4 * *element, box, 4 * sizeof *box);
+  memcpy(s->box + 4 * b->n_elements, box, 4 * sizeof *box);
   for (int q = 0; q < 4; q++)
-    count[q] = vertex_functions(m, corner[q], 1.0, list[q], 0);
-  int first = *entry;
+    count[q] = vertex_functions(b->m, corner[q], 1.0, list[q], 0);
+  int first = b->n_entries;
   for (int q = 0; q < 4; q++)
     for (int i = 0; i < count[q]; i++) {
-      int f = function_of[list[q][i].function], k = first;
-      while (k < *entry && s->function[k] != f)
+      int f = b->function_of[list[q][i].function], k = first;
+      while (k < b->n_entries && s->function[k] != f)
         k++;
-      if (k == *entry)
-        s->function[(*entry)++] = f;
+      if (k == b->n_entries)
+        s->function[b->n_entries++] = f;
       double *c = s->coefficient + (size_t)k * (size_t)((p + 1) * (p + 1));
-      for (int b = 0; b <= p; b++)
-        for (int a = 0; a <= p; a++) {
+      for (int j = 0; j <= p; j++)
+        for (int h = 0; h <= p; h++) {
           int right = q == 1 || q == 2, top = q >= 2;
-          double u = right ? (double)a / p : (double)(p - a) / p;
-          double v = top ? (double)b / p : (double)(p - b) / p;
-          c[a + (p + 1) * b] += list[q][i].value * (u * v);
+          double u = right ? (double)h / p : (double)(p - h) / p;
+          double v = top ? (double)j / p : (double)(p - j) / p;
+          c[h + (p + 1) * j] += list[q][i].value * (u * v);
         }
     }
-  s->function_start[++*element] = *entry;
+  s->function_start[++b->n_elements] = b->n_entries;
 }
 
 /* Elements of the cells of one face, by walking from cell to cell in the face's frame. */
-static inline void add_cells(struct tsolid_surface *s, const builder *b, int c, int k, double u,
-                             double v, int *done, int *element, int *entry,
-                             const int *function_of) {
+static inline void add_cells(struct tsolid_surface *s, builder *b, int c, int k, double u,
+                             double v) {
   const cell *at = &b->m->cell[c];
   double w = at->length[k], h = at->length[(k + 1) % 4], box[4] = {u, u + w, v, v + h};
   int corner[4];
-  done[c] = 1;
+  b->done[c] = 1;
   for (int q = 0; q < 4; q++)
     corner[q] = at->vertex[(k + q) % 4];
-  add_element(s, b->m, element, entry, corner, box, function_of);
+  add_element(s, b, corner, box);
   for (int q = 0; q < 4; q++) {
     int edge = (k + q) % 4, o = b->across[c][edge];
-    if (builder_is_border(b, c, edge) || done[o])
+    if (builder_is_border(b, c, edge) || b->done[o])
       continue;
     /* the edge of the neighbour that runs along u at its low v */
     int e = b->across_edge[c][edge], bottom = q == 0 ? e + 2 : q == 1 ? e + 1 : q == 2 ? e : e + 3;
@@ -221,8 +228,7 @@ static inline void add_cells(struct tsolid_surface *s, const builder *b, int c, 
                        : u,
               q == 2   ? v + h
               : q == 0 ? v - oh
-                       : v,
-              done, element, entry, function_of);
+                       : v);
   }
 }
 
@@ -242,18 +248,10 @@ static inline void surface_part_free(struct tsolid_surface *s) {
   free(s->coefficient);
 }
 
-/* Fills *s; seed NULL: plain order. Records are 1000 + label for faces, the cells' vertex for
- * vertices. */
-static inline void surface_part_build(const cells *m, int degree, unsigned long long *seed,
-                                      struct tsolid_surface *s) {
-  builder *b = part_new(1, sizeof *b);
-  int *order = part_new(3 * CELLS_MAX + 6 * CELLS_MAX, sizeof *order), straight;
-  int *start_c = part_new(4 * CELLS_MAX, sizeof *start_c), *face_of = part_new(CELLS_MAX, 4);
-  int *vertex_of = part_new(VERTICES_MAX, sizeof *vertex_of);
-  int *function_of = part_new(VERTICES_MAX, sizeof *function_of), *done = part_new(CELLS_MAX, 4);
-  memset(s, 0, sizeof *s);
-  b->m = m;
-  s->degree = degree;
+/* Which edges of cells lie between faces, and where these have corners. */
+static inline void find_borders(builder *b) {
+  const cells *m = b->m;
+  int straight;
   for (int c = 0; c < m->n; c++)
     for (int k = 0; k < 4; k++)
       b->across[c][k] = cells_across(m, m->cell[c].vertex[k], m->cell[c].vertex[(k + 1) % 4],
@@ -269,159 +267,172 @@ static inline void surface_part_build(const cells *m, int degree, unsigned long 
         if (!straight)
           b->is_corner[m->cell[d].vertex[e]] = 1;
       }
-  /* faces, vertices, functions and their numbers */
-  for (int i = 0; i < CELLS_MAX; i++)
-    face_of[i] = -1;
-  for (int c = 0; c < m->n; c++)
-    if (face_of[m->cell[c].label] < 0)
-      face_of[m->cell[c].label] = s->n_faces++;
-  shuffle(order, s->n_faces, seed);
+}
+
+static inline void number_faces(builder *b, struct tsolid_surface *s, unsigned long long *seed) {
+  memset(b->face_of, 0xff, sizeof b->face_of);
+  for (int c = 0; c < b->m->n; c++)
+    if (b->face_of[b->m->cell[c].label] < 0)
+      b->face_of[b->m->cell[c].label] = s->n_faces++;
+  shuffle(b->order, s->n_faces, seed);
   s->face_record = part_new((size_t)s->n_faces, sizeof(int));
   for (int i = 0; i < CELLS_MAX; i++)
-    if (face_of[i] >= 0) {
-      face_of[i] = order[face_of[i]];
-      s->face_record[face_of[i]] = 1000 + i;
+    if (b->face_of[i] >= 0) {
+      b->face_of[i] = b->order[b->face_of[i]];
+      s->face_record[b->face_of[i]] = 1000 + i;
     }
-  int n_functions = 0;
+}
+
+static inline void number_vertices(builder *b, struct tsolid_surface *s, unsigned long long *seed) {
+  const cells *m = b->m;
   for (int v = 0; v < m->n_vertices; v++) {
-    vertex_of[v] = -1;
-    if (b->n_boundary[v] >= 3 || b->is_corner[v])
-      vertex_of[v] = s->n_vertices++;
-    function_of[v] = m->hangs[v][0] < 0 ? n_functions++ : -1;
+    b->vertex_of[v] = b->n_boundary[v] >= 3 || b->is_corner[v] ? s->n_vertices++ : -1;
+    b->function_of[v] = m->hangs[v][0] < 0 ? s->n_points++ : -1;
   }
-  shuffle(order, s->n_vertices, seed);
+  shuffle(b->order, s->n_vertices, seed);
   s->vertex_record = part_new((size_t)s->n_vertices, sizeof(int));
   for (int v = 0; v < m->n_vertices; v++)
-    if (vertex_of[v] >= 0) {
-      vertex_of[v] = order[vertex_of[v]];
-      s->vertex_record[vertex_of[v]] = v;
+    if (b->vertex_of[v] >= 0) {
+      b->vertex_of[v] = b->order[b->vertex_of[v]];
+      s->vertex_record[b->vertex_of[v]] = v;
     }
-  shuffle(order, n_functions, seed);
-  s->n_points = n_functions;
-  s->points = part_new(4 * (size_t)n_functions, sizeof(double));
+  shuffle(b->order, s->n_points, seed);
+  s->points = part_new(4 * (size_t)s->n_points, sizeof(double));
   for (int v = 0; v < m->n_vertices; v++)
-    if (function_of[v] >= 0) {
-      function_of[v] = order[function_of[v]];
-      memcpy(s->points + 4 * function_of[v], m->point[v], 4 * sizeof(double));
+    if (b->function_of[v] >= 0) {
+      b->function_of[v] = b->order[b->function_of[v]];
+      memcpy(s->points + 4 * b->function_of[v], m->point[v], 4 * sizeof(double));
     }
-  /* links, open ones included */
-  int n_links = 0, n_inner;
+}
+
+/* Links of faces come first in `begin`, then open ones; `number` says what they are called. */
+static inline void number_links(builder *b, struct tsolid_surface *s, unsigned long long *seed) {
+  const cells *m = b->m;
   for (int c = 0; c < m->n; c++)
     for (int k = 0; k < 4; k++) {
       b->link_of[c][k] = -1;
-      if (builder_is_border(b, c, k) && vertex_of[m->cell[c].vertex[k]] >= 0) {
-        b->link_of[c][k] = n_links;
-        start_c[n_links++] = 4 * c + k;
+      if (builder_is_border(b, c, k) && b->vertex_of[m->cell[c].vertex[k]] >= 0) {
+        b->link_of[c][k] = b->n_inner;
+        b->begin[b->n_inner++] = 4 * c + k;
       }
     }
-  n_inner = n_links;
-  for (int i = 0; i < n_inner; i++)
-    n_links += b->across[start_c[i] / 4][start_c[i] % 4] < 0;
-  s->n_links = n_links;
-  s->n_edges = n_links / 2;
-  shuffle(order, n_links, seed);
-  int *edge_order = part_new((size_t)n_links, sizeof(int)), *open_of = part_new(VERTICES_MAX, 4);
-  shuffle(edge_order, s->n_edges, seed);
-  s->link = part_new((size_t)n_links, sizeof *s->link);
+  s->n_links = b->n_inner;
+  for (int i = 0; i < b->n_inner; i++)
+    s->n_links += b->across[b->begin[i] / 4][b->begin[i] % 4] < 0;
+  s->n_edges = s->n_links / 2;
+  shuffle(b->number, s->n_links, seed);
+  shuffle(b->edge_order, s->n_edges, seed);
+  s->link = part_new((size_t)s->n_links, sizeof *s->link);
   s->face_link = part_new((size_t)s->n_faces, sizeof(int));
   s->edge_link = part_new((size_t)s->n_edges, sizeof(int));
   s->vertex_link = part_new((size_t)s->n_vertices, sizeof(int));
   s->interval = part_new((size_t)s->n_edges, sizeof(double));
-  int next_open = n_inner, n_edges = 0, *twin = part_new((size_t)n_links, sizeof(int));
-  double *length = part_new((size_t)n_links, sizeof(double));
-  int *end_vertex = part_new((size_t)n_links, sizeof(int));
-  for (int i = 0; i < n_inner; i++) {
-    int c = start_c[i] / 4, k = start_c[i] % 4;
-    tsi_link *l = &s->link[order[i]];
-    l->vertex = vertex_of[m->cell[c].vertex[k]];
-    l->face = face_of[m->cell[c].label];
-    for (;;) { /* to the next vertex that is one */
-      length[i] += m->cell[c].length[k];
-      twin[i] = b->across[c][k] < 0 ? -1 : 4 * b->across[c][k] + b->across_edge[c][k];
+}
+
+/* Loops of the faces; length and far end of every link. */
+static inline void follow_borders(builder *b, struct tsolid_surface *s) {
+  const cells *m = b->m;
+  for (int i = 0; i < b->n_inner; i++) {
+    int c = b->begin[i] / 4, k = b->begin[i] % 4, straight;
+    tsi_link *l = &s->link[b->number[i]];
+    l->vertex = b->vertex_of[m->cell[c].vertex[k]];
+    l->face = b->face_of[m->cell[c].label];
+    do { /* to the next vertex that is one */
+      b->length[i] += m->cell[c].length[k];
+      b->twin[i] = b->across[c][k] < 0 ? -1 : 4 * b->across[c][k] + b->across_edge[c][k];
       builder_next(b, &c, &k, &straight);
-      if (b->link_of[c][k] >= 0)
-        break;
-    }
-    int next = b->link_of[c][k];
-    end_vertex[i] = vertex_of[m->cell[c].vertex[k]];
-    l->next = order[next];
-    s->link[order[next]].prev = order[i];
-    s->link[order[next]].straight = straight;
+    } while (b->link_of[c][k] < 0);
+    int next = b->number[b->link_of[c][k]];
+    b->end_vertex[i] = b->vertex_of[m->cell[c].vertex[k]];
+    l->next = next;
+    s->link[next].prev = b->number[i];
+    s->link[next].straight = straight;
   }
-  for (int i = 0; i < n_inner; i++) {
-    tsi_link *l = &s->link[order[i]];
-    int o = twin[i] < 0 ? next_open++ : b->link_of[twin[i] / 4][twin[i] % 4];
-    l->opposite = order[o];
-    if (twin[i] < 0) {
-      s->link[order[o]] = (tsi_link){.opposite = order[i], .vertex = end_vertex[i], .face = -1};
-      open_of[end_vertex[i]] = order[o];
+}
+
+static inline void join_links(builder *b, struct tsolid_surface *s) {
+  int next_open = b->n_inner, n_edges = 0;
+  for (int i = 0; i < b->n_inner; i++) {
+    int o = b->twin[i] < 0 ? next_open++ : b->link_of[b->twin[i] / 4][b->twin[i] % 4];
+    tsi_link *l = &s->link[b->number[i]], *opposite = &s->link[b->number[o]];
+    l->opposite = b->number[o];
+    if (b->twin[i] < 0) {
+      *opposite = (tsi_link){.opposite = b->number[i], .vertex = b->end_vertex[i], .face = -1};
+      b->open_of[b->end_vertex[i]] = b->number[o];
     }
-    if (twin[i] < 0 || o > i) {
-      int e = edge_order[n_edges++];
-      l->edge = e;
-      s->link[order[o]].edge = e;
-      s->interval[e] = length[i];
-      s->edge_link[e] = order[i];
+    if (b->twin[i] < 0 || o > i) {
+      int e = b->edge_order[n_edges++];
+      l->edge = opposite->edge = e;
+      s->interval[e] = b->length[i];
+      s->edge_link[e] = b->number[i];
     }
   }
-  for (int i = 0; i < n_inner; i++)
-    if (twin[i] < 0) { /* the open link that starts where this one begins comes next */
-      int o = s->link[order[i]].opposite, next = open_of[s->link[order[i]].vertex];
-      s->link[o].next = next;
-      s->link[next].prev = o;
+  for (int i = 0; i < b->n_inner; i++)
+    if (b->twin[i] < 0) { /* the open link that starts where this one begins comes next */
+      const tsi_link *l = &s->link[b->number[i]];
+      int next = b->open_of[l->vertex];
+      s->link[l->opposite].next = next;
+      s->link[next].prev = l->opposite;
     }
-  for (int i = 0; i < n_links; i++)
+  for (int i = 0; i < s->n_links; i++)
     s->vertex_link[s->link[i].vertex] = i;
-  /* a frame for every face, and its elements */
-  int n_elements = 0, element = 0, entry = 0;
-  for (int c = 0; c < m->n; c++)
-    n_elements++;
-  s->element_start = part_new((size_t)s->n_faces + 1, sizeof(int));
-  s->box = part_new((size_t)n_elements, 4 * sizeof(double));
-  s->function_start = part_new((size_t)n_elements + 1, sizeof(int));
-  s->function = part_new((size_t)n_elements * 64, sizeof(int));
-  s->coefficient =
-      part_new((size_t)n_elements * 64 * (size_t)((degree + 1) * (degree + 1)), sizeof(double));
-  for (int f = 0; f < s->n_faces; f++) {
-    int candidates[4], n_candidates = 0, start = -1;
-    for (int i = 0; i < n_inner; i++)
-      if (s->link[order[i]].face == f && !s->link[order[i]].straight && n_candidates < 4)
-        candidates[n_candidates++] = i;
-    start = candidates[seed ? surface_random(seed) % 4 : 0];
-    s->face_link[f] = order[start];
-    int c = start_c[start] / 4, k = start_c[start] % 4;
-    if (m->is_single[m->cell[c].label]) {
-      double side[4] = {0.0, 0.0, 0.0, 0.0}, box[4] = {0.0, 0.0, 0.0, 0.0};
-      int corner[4], q = 0, e = k, d = c;
-      corner[0] = m->cell[c].vertex[k];
-      for (;;) {
-        side[q] += m->cell[d].length[e];
-        builder_next(b, &d, &e, &straight);
-        if (!straight && ++q == 4)
-          break;
-        if (!straight)
-          corner[q] = m->cell[d].vertex[e];
-      }
-      box[1] = side[0];
-      box[3] = side[1];
-      add_element(s, m, &element, &entry, corner, box, function_of);
-    } else {
-      add_cells(s, b, c, k, 0.0, 0.0, done, &element, &entry, function_of);
-    }
-    s->element_start[f + 1] = element;
+}
+
+/* The whole face as one element, in the frame of edge k of cell c. */
+static inline void add_single(struct tsolid_surface *s, builder *b, int c, int k) {
+  double side[4] = {0.0, 0.0, 0.0, 0.0}, box[4] = {0.0, 0.0, 0.0, 0.0};
+  int corner[4] = {b->m->cell[c].vertex[k]}, q = 0, straight;
+  while (q < 4) {
+    side[q] += b->m->cell[c].length[k];
+    builder_next(b, &c, &k, &straight);
+    if (!straight && ++q < 4)
+      corner[q] = b->m->cell[c].vertex[k];
   }
+  box[1] = side[0];
+  box[3] = side[1];
+  add_element(s, b, corner, box);
+}
+
+/* A frame for every face, and its elements. */
+static inline void add_faces(builder *b, struct tsolid_surface *s, unsigned long long *seed) {
+  size_t n = (size_t)b->m->n, width = (size_t)((s->degree + 1) * (s->degree + 1));
+  s->element_start = part_new((size_t)s->n_faces + 1, sizeof(int));
+  s->box = part_new(n, 4 * sizeof(double));
+  s->function_start = part_new(n + 1, sizeof(int));
+  s->function = part_new(n * 64, sizeof(int));
+  s->coefficient = part_new(n * 64 * width, sizeof(double));
+  for (int f = 0; f < s->n_faces; f++) {
+    int candidate[4] = {0}, n_candidates = 0;
+    for (int i = 0; i < b->n_inner; i++)
+      if (s->link[b->number[i]].face == f && !s->link[b->number[i]].straight && n_candidates < 4)
+        candidate[n_candidates++] = i;
+    int start = candidate[seed ? surface_random(seed) % 4 : 0];
+    int c = b->begin[start] / 4, k = b->begin[start] % 4;
+    s->face_link[f] = b->number[start];
+    if (b->m->is_single[b->m->cell[c].label])
+      add_single(s, b, c, k);
+    else
+      add_cells(s, b, c, k, 0.0, 0.0);
+    s->element_start[f + 1] = b->n_elements;
+  }
+}
+
+/* Fills *s; seed NULL: plain order. Records are 1000 + label for faces, the cells' vertex for
+ * vertices. */
+static inline void surface_part_build(const cells *m, int degree, unsigned long long *seed,
+                                      struct tsolid_surface *s) {
+  builder *b = part_new(1, sizeof *b);
+  memset(s, 0, sizeof *s);
+  b->m = m;
+  s->degree = degree;
+  find_borders(b);
+  number_faces(b, s, seed);
+  number_vertices(b, s, seed);
+  number_links(b, s, seed);
+  follow_borders(b, s);
+  join_links(b, s);
+  add_faces(b, s, seed);
   free(b);
-  free(order);
-  free(start_c);
-  free(face_of);
-  free(vertex_of);
-  free(function_of);
-  free(done);
-  free(edge_order);
-  free(open_of);
-  free(twin);
-  free(length);
-  free(end_vertex);
 }
 
 #endif
