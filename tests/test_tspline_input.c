@@ -224,7 +224,8 @@ static double mixture_distance(const mixture *m, const tsolid_boundary *boundary
     tsolid_placement place;
     CHECK(tsolid_boundary_placement(boundary, k, &place) == TSOLID_OK);
     for (int i = 0; i < 60; i++) {
-      double p = i < 4 ? i & 1 : random_unit(), q = i < 4 ? i >> 1 : random_unit(), x[3], y[3];
+      double p = i < 4 ? i & 1 : random_unit(), q = i < 4 ? i >> 1 : random_unit(), x[3],
+             y[3] = {0.0};
       double a = place.flip[0] ? 1.0 - p : p, b = place.flip[1] ? 1.0 - q : q;
       double s = place.box[0] + (place.swap ? b : a) * (place.box[1] - place.box[0]);
       double t = place.box[2] + (place.swap ? a : b) * (place.box[3] - place.box[2]);
