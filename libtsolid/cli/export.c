@@ -5,10 +5,12 @@
 #include "cli.h"
 
 static const char help[] =
-    "tsolid export IN.tsolid [--vtu FILE] [--tmesh FILE] [--inp FILE [mesh options]]\n"
+    "tsolid export IN.tsolid [--vtu FILE] [--bext FILE] [--tmesh FILE] [--inp FILE [mesh "
+    "options]]\n"
     "\n"
     "  --vtu FILE         rational Bezier hexahedra for VTK and ParaView, with the block and the\n"
     "                     scaled Jacobian of every element\n"
+    "  --bext FILE        Bezier extraction for isogeometric codes (BEXT 2.0 text)\n"
     "  --tmesh FILE       a picture (SVG) of the T-mesh in parametric space: levels, layers,\n"
     "                     T-junctions\n"
     "  --inp FILE         conforming hexahedra for CalculiX and Abaqus, with node sets and "
@@ -24,7 +26,7 @@ static const char help[] =
     "  --max-elements N   refuse to make more (default 2000000)\n"
     "  --force            also from a solid that is not proved valid; the file then says so\n";
 
-enum { TARGET_VTU, TARGET_TMESH, TARGET_INP, N_TARGETS };
+enum { TARGET_VTU, TARGET_BEXT, TARGET_TMESH, TARGET_INP, N_TARGETS };
 
 typedef struct job {
   const char *input, *path[N_TARGETS], *divisions;
@@ -67,6 +69,8 @@ static tsolid_status write_all(job *j) {
   tsolid_status status = tsolid_read_tsolid(j->context, j->input, &j->solid);
   if (status == TSOLID_OK && j->path[TARGET_VTU])
     status = tsolid_write_vtu(j->context, j->solid, j->target[TARGET_VTU].staged);
+  if (status == TSOLID_OK && j->path[TARGET_BEXT])
+    status = tsolid_write_bext(j->context, j->solid, j->target[TARGET_BEXT].staged);
   if (status == TSOLID_OK && j->path[TARGET_TMESH])
     status =
         tsolid_write_svg(j->context, tsolid_solid_space(j->solid), j->target[TARGET_TMESH].staged);
@@ -84,6 +88,7 @@ int cli_export(int argc, char **argv) {
   job j = {.hex = {.order = 1}};
   const cli_option table[] = {
       {"--vtu", CLI_TEXT, &j.path[TARGET_VTU], 0, 0, NULL},
+      {"--bext", CLI_TEXT, &j.path[TARGET_BEXT], 0, 0, NULL},
       {"--tmesh", CLI_TEXT, &j.path[TARGET_TMESH], 0, 0, NULL},
       {"--inp", CLI_TEXT, &j.path[TARGET_INP], 0, 0, NULL},
       {"--size", CLI_NUMBER, &j.hex.size, 0, 0, NULL},
@@ -97,7 +102,7 @@ int cli_export(int argc, char **argv) {
   if (code >= 0)
     return code;
   if (!j.path[TARGET_VTU] && !j.path[TARGET_TMESH] && !j.path[TARGET_INP])
-    return cli_error("Where to? --vtu FILE, --tmesh FILE or --inp FILE is missing");
+    return cli_error("Where to? --vtu, --bext, --tmesh or --inp FILE is missing");
   if (!parse_divisions(&j) || !cli_targets_open(j.target, j.path, N_TARGETS, j.input))
     return CLI_FAILED;
   j.context = cli_open(0);
