@@ -233,6 +233,8 @@ class BuildTest(CommandTest):
             from_file = json.load(stream)
         del from_file["timing"]
         self.assertEqual(from_file, report)
+        run = self.run_command("export", "box.tsolid", "--bext", "box.bxt")
+        self.assertEqual((run.returncode, read(self.path("box.bxt"))[:11]), (0, b"B E X T 2.0"))
         run = self.run_command("export", "box.tsolid", "--vtu", "again.vtu")
         self.assertEqual((run.returncode, run.stdout, run.stderr), (0, "", ""))
         self.assertEqual(read(self.path("again.vtu")), read(self.path("box.vtu")))

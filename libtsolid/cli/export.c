@@ -101,7 +101,7 @@ int cli_export(int argc, char **argv) {
   int code = cli_parse(argc, argv, help, table, &j.input);
   if (code >= 0)
     return code;
-  if (!j.path[TARGET_VTU] && !j.path[TARGET_TMESH] && !j.path[TARGET_INP])
+  if (!j.path[TARGET_VTU] && !j.path[TARGET_BEXT] && !j.path[TARGET_TMESH] && !j.path[TARGET_INP])
     return cli_error("Where to? --vtu, --bext, --tmesh or --inp FILE is missing");
   if (!parse_divisions(&j) || !cli_targets_open(j.target, j.path, N_TARGETS, j.input))
     return CLI_FAILED;
