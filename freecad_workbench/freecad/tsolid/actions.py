@@ -38,26 +38,39 @@ class Job:
         if source is None:
             raise ValueError("%s has no part to work on: its source is gone" % _label(given))
         self.name = _label(source)
-        self.shape = source.Shape.copy() if source.Shape is not None else None
+        self.original = source.Shape
+        self.shape = source.Shape.copy()
         self.result = None
 
     def run(self, progress=None):
         """The work itself; touches no document."""
-        tell = progress or (lambda stage, fraction: False)
-        if tell("shape", 0.0):
-            raise binding.Cancelled(binding.Status.ERROR_CANCELLED, [])
+        self._tell(progress, "shape", 0.0)
         state = fingerprint.of_shape(self.shape)
         work = api.check if self.kind == "check" else api.build
-        self.result = _work_on_shape(work, self.shape, self.name, self.options, progress)
+        self.result = self._work_on_shape(work, progress)
         self.result.source_state = state
         if self.kind == "check":
             self.result.shape = self.shape
         if self.kind != "check" and self.result.solid is not None:
-            if tell("view", 0.0):
-                raise binding.Cancelled(binding.Status.ERROR_CANCELLED, [])
+            self._tell(progress, "view", 0.0)
             self.result.prepared = document.prepare(self.result)
+            self.result.prepared.original = self.original
             self.result.prepared.look = _look(self.result.solid)
         return self
+
+    def _work_on_shape(self, work, progress):
+        try:
+            part = api.Part.of(self.shape, lambda f: self._tell(progress, "shape", f))
+        except binding.Refused as error:
+            kind = api.CheckResult if work is api.check else api.BuildResult
+            return kind(self.name, error.findings, {})
+        part.name = self.name
+        return work(part, self.options, progress)
+
+    @staticmethod
+    def _tell(progress, stage, fraction):
+        if progress is not None and progress(stage, fraction):
+            raise binding.Cancelled(binding.Status.ERROR_CANCELLED, [])
 
     def fits(self, kind, given, options):
         return (
@@ -65,16 +78,6 @@ class Job:
             and self.given is given
             and self.options.as_dict() == options.as_dict()
         )
-
-
-def _work_on_shape(work, shape, name, options, progress):
-    try:
-        part = api.Part.of(shape)
-    except binding.Refused as error:
-        kind = api.CheckResult if work is api.check else api.BuildResult
-        return kind(name, error.findings, {})
-    part.name = name
-    return work(part, options, progress)
 
 
 def _look(solid):

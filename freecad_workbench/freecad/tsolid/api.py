@@ -90,13 +90,14 @@ class Part:
         self.file = None  # a BoundaryFile that holds Bezier elements instead of patches
 
     @classmethod
-    def of(cls, given):
-        """From a document object, a shape, or a Part; raises Refused."""
+    def of(cls, given, tell=None):
+        """From a document object, a shape, or a Part; raises Refused. tell(fraction) is called
+        for every face and may raise."""
         if isinstance(given, cls):
             return given
         name = getattr(given, "Label", "")
         shape = getattr(given, "Shape", given)
-        sources, notes = convert.sources_of_shape(shape)
+        sources, notes = convert.sources_of_shape(shape, tell)
         return cls(sources, notes, shape.Solids[0], name)
 
     @classmethod
@@ -434,10 +435,10 @@ def measure_evidence(context, part, boundary, solid, measured):
     if not part.sources:
         return [], None
     rows = evidence.exactness(context, part.sources, boundary, solid)
-    return rows, _volume(part, boundary, measured.struct.conformity.volume)
+    return rows, _volume(context, part, boundary, measured.struct.conformity.volume)
 
 
-def _volume(part, boundary, quadrature):
+def _volume(context, part, boundary, quadrature):
     import FreeCAD
 
     corners = [FreeCAD.Vector(*p) for p in boundary.requirement["corner"]]
@@ -445,7 +446,7 @@ def _volume(part, boundary, quadrature):
     numbered = enumerate(part.sources)
     signs = [s.sign or evidence.sign_on_cube(boundary.placement(k)) for k, s in numbered]
     # a solid turned inside out is the same part
-    flux = abs(evidence.volume_by_flux(part.sources, signs, centre, abs(quadrature)))
+    flux = abs(evidence.volume_by_flux(part.sources, signs, centre, abs(quadrature), context))
     difference = abs(flux - quadrature) / flux if flux else 1.0
     return {
         "quadrature": quadrature,

@@ -342,12 +342,17 @@ def _missing(problems, n_faces):
     )
 
 
-def sources_of_shape(shape):
-    """The faces of the shape's one solid, in FreeCAD's order, and notes about conversions."""
+def sources_of_shape(shape, tell=None):
+    """The faces of the shape's one solid, in FreeCAD's order, and notes about conversions.
+
+    tell(fraction), if given, is called before every face; what it raises ends the work.
+    """
     the_solid(shape)
     names = Names(shape)
     sources, problems = [], []
     for number, face in enumerate(shape.Faces, 1):
+        if tell is not None:
+            tell((number - 1) / len(shape.Faces))
         given = _source(face, "Face%d" % number, names)
         if isinstance(given, Source):
             sources.append(given)

@@ -9,6 +9,7 @@ This class's path (freecad.tsolid.document.SolidTSpline) is stored in documents:
 import json
 import os
 import tempfile
+import time
 
 import FreeCAD
 import Part
@@ -158,6 +159,10 @@ class Prepared:
         self.options = json.dumps(result.options.as_dict())
         self.tsolid = result.tsolid
         self.state = getattr(result, "source_state", None)
+        self.original = None  # the source's shape as it was when the build began
+        self.look = None  # what the 3D view needs
+        self.shown_in = 0.0  # seconds that FreeCAD itself took to take the shape and draw it
+        self.shown_in_cpu = 0.0
 
 
 def prepare(result):
@@ -170,14 +175,18 @@ def store(obj, result):
     if ready.state is None:
         ready.state = state_of(obj.Source)
     set_file(obj, ready.tsolid)
+    start, cpu = time.perf_counter(), time.thread_time()
     obj.Shape = ready.shape
+    ready.shown_in = time.perf_counter() - start
+    ready.shown_in_cpu = time.thread_time() - cpu
     obj.Report = ready.report
     obj.Verdict = ready.verdict
     obj.BuiltOptions = ready.options
     obj.SourceState = ready.state
     obj.Status, obj.Reason = CURRENT, ""
-    refresh_status(obj)  # the source may have changed meanwhile
-    _show(obj, getattr(ready, "look", None))
+    if ready.original is None or not obj.Source.Shape.isEqual(ready.original):
+        refresh_status(obj)  # the source may have changed meanwhile
+    _show(obj, ready.look)
     if not obj.Source or not obj.Source.State or "Touched" not in obj.Source.State:
         obj.purgeTouched()
 

@@ -8,9 +8,18 @@ solid is one that was read back from its .tsolid bytes.
 import math
 import random
 
+from .binding import Cancelled
 from .convert import N_SAMPLES, SEED
+from .header import Status
 
 _RELATIVE = 1e-12  # of the scale
+
+
+def tell(context, fraction):
+    """To the context's progress callback, if there is one; raises Cancelled when it asks for it."""
+    progress = getattr(context, "_progress", None)
+    if progress is not None and progress("evidence", fraction):
+        raise Cancelled(Status.ERROR_CANCELLED, [])
 
 
 def declared_of_side(preparation, side):
@@ -78,6 +87,7 @@ def exactness(context, sources, boundary, solid):
     preparation = boundary.preparation
     rows = []
     for k, source in enumerate(sources):
+        tell(context, k / len(sources))
         placement = boundary.placement(k)
         numbers = random.Random("%d %s" % (SEED, source.name))
         worst, place = exactness_of_face(context, source, placement, solid, numbers)
@@ -174,7 +184,7 @@ def sign_on_cube(placement):
     return outward * right_handed * (-1 if turned else 1)
 
 
-def volume_by_flux(sources, signs, centre, size):
+def volume_by_flux(sources, signs, centre, size, context=None):
     """Volume as a third of the flux of x - centre through OCC's surfaces, span by span.
 
     Polynomial spans are integrated without error (the integrand has degree 3p - 1 per direction);
@@ -182,6 +192,7 @@ def volume_by_flux(sources, signs, centre, size):
     """
     terms = []
     for source, sign in zip(sources, signs):
+        tell(context, 1.0)
         patch = source.patch
         points = max(patch.degree) * 3 // 2 + 1
         us, vs = _distinct(patch.knots[0]), _distinct(patch.knots[1])

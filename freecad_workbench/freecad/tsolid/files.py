@@ -7,6 +7,7 @@ import FreeCAD
 import Part
 
 from . import api, binding, convert, document, places, rows
+from .surface import Surface
 
 
 class FileError(Exception):
@@ -32,10 +33,15 @@ def open(path):  # the name that FreeCAD calls
 def insert(path, name):
     """File, Import: into the document of that name."""
     doc = FreeCAD.getDocument(name)
-    readers = {".tsb": _read_tsb, ".tsolid": _read_tsolid}
+    readers = {
+        ".tsb": _read_tsb,
+        ".tsolid": _read_tsolid,
+        ".tsm": _read_surface,
+        ".iga": _read_surface,
+    }
     suffix = os.path.splitext(path)[1].lower()
     if suffix not in readers:
-        raise FileError("%s: only .tsb and .tsolid files are read here" % path)
+        raise FileError("%s: only %s files are read here" % (path, ", ".join(sorted(readers))))
     doc.openTransaction("Import")
     try:
         obj = readers[suffix](path, doc)
@@ -69,6 +75,16 @@ def _read_tsb(path, doc):
     if given.file is not None:
         boundary = given.boundary(binding.Context(), api.Options())
         patches = convert.patches_of_boundary(boundary)
+    return _add_part(patches, path, doc)
+
+
+def _read_surface(path, doc):
+    """A T-spline surface or Bezier elements: exact B-spline faces."""
+    context = binding.Context()
+    return _add_part(Surface.read(context, path).patches(context), path, doc)
+
+
+def _add_part(patches, path, doc):
     obj = doc.addObject("Part::Feature", _base(path))
     obj.Label = _base(path)
     obj.Shape = shape_of_patches(patches)

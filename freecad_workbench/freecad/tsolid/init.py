@@ -7,6 +7,8 @@ MODULE = "freecad.tsolid.files"
 
 FreeCAD.addImportType("Solid T-spline (*.tsolid)", MODULE)
 FreeCAD.addImportType("Boundary patches for tsolid (*.tsb)", MODULE)
+FreeCAD.addImportType("T-spline surface (*.tsm)", MODULE)
+FreeCAD.addImportType("Bezier elements of a surface (*.iga)", MODULE)
 FreeCAD.addExportType("Solid T-spline (*.tsolid)", MODULE)
 FreeCAD.addExportType("Boundary patches for tsolid (*.tsb)", MODULE)
 FreeCAD.addExportType("Bezier hexahedra of a solid T-spline (*.vtu)", MODULE)

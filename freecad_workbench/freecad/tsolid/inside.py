@@ -2,7 +2,9 @@
 """The panel to look inside a solid: what is shown, what colours say, and two sliders."""
 
 import FreeCAD
+import FreeCADGui as Gui
 from PySide import QtCore, QtGui
+from PySide.QtCore import QT_TRANSLATE_NOOP
 
 from . import actions, panels, runner, view
 from .runner import line_of, tr
@@ -63,7 +65,7 @@ class Legend(QtGui.QWidget):
 
 
 class InsidePanel(panels.Panel):
-    title = "Look inside"
+    title = QT_TRANSLATE_NOOP("tsolid", "Look inside")
     icon = "tsolid_inside"
 
     def make(self):
@@ -82,6 +84,7 @@ class InsidePanel(panels.Panel):
         self.facts.setEditTriggers(QtGui.QAbstractItemView.NoEditTriggers)
         self.layout.addWidget(self.facts)
         self.add_buttons(("whole", tr("Show the whole part"), self.whole))
+        Gui.Selection.clearSelection()  # its green would hide the colours
         mode = str(self.vobj.DisplayMode)
         self.change(mode=mode if mode in actions.MODES[1:] else "Elements")
         self.read()
@@ -159,6 +162,7 @@ class InsidePanel(panels.Panel):
         self._show_legend()
 
     def _mode(self):
+        Gui.Selection.clearSelection()  # its green would hide the colours
         mode = str(self.vobj.DisplayMode)
         return mode if mode in actions.MODES else actions.MODES[0]
 

@@ -4,6 +4,7 @@
 import FreeCAD
 import FreeCADGui as Gui
 from PySide import QtCore, QtGui
+from PySide.QtCore import QT_TRANSLATE_NOOP
 
 from . import actions, api, document, files, overlay, rows, runner, view
 from .runner import line_of, tr
@@ -26,6 +27,7 @@ def stage_name(stage):
         "write": tr("Storing"),
         "report": tr("Measuring"),
         "quality": tr("Measuring"),
+        "evidence": tr("Comparing with the CAD faces"),
         "view": tr("Preparing the view"),
     }.get(stage, stage)
 
@@ -69,27 +71,27 @@ class Results(QtGui.QTreeWidget):
         self.clear()
         for group in groups:
             top = QtGui.QTreeWidgetItem([group.title, "", "", "", group.verdict])
-            self._paint(top, group.verdict)
+            top.setIcon(0, _spot(QtGui.QColor(_COLOURS[group.verdict]), False))
             font = top.font(0)
             font.setBold(True)
             top.setFont(0, font)
             self.addTopLevelItem(top)
+            top.setFirstColumnSpanned(True)
             for row in group.rows:
                 top.addChild(self._item(row))
             top.setExpanded(group.verdict == rows.BAD or len(group.rows) <= 8)
         for column in range(5):
             self.resizeColumnToContents(column)
-        self.setColumnWidth(0, min(self.columnWidth(0), 260))
+        self.setColumnWidth(0, min(self.columnWidth(0), 150))
 
     def _item(self, row):
         cells = [api.visible(c) for c in row.cells()]
         item = QtGui.QTreeWidgetItem(cells)
         self._paint(item, row.verdict)
+        colour = QtGui.QColor(_COLOURS[row.verdict])
         if row.side >= 0:
             colour = QtGui.QColor.fromRgbF(*overlay.SIDE_COLOURS[row.side])
-            pixmap = QtGui.QPixmap(12, 12)
-            pixmap.fill(colour)
-            item.setIcon(0, QtGui.QIcon(pixmap))
+        item.setIcon(0, _spot(colour, row.side >= 0))
         tip = cells[0]
         if row.point is not None:
             tip += " " + tr("at") + " (%.6g, %.6g, %.6g)" % row.point
@@ -112,6 +114,22 @@ def narrow(widget):
     """Lets a widget be as narrow as the task panel is: 250 pixels on a fresh profile."""
     widget.setSizePolicy(QtGui.QSizePolicy.Ignored, widget.sizePolicy().verticalPolicy())
     return widget
+
+
+def _spot(colour, square):
+    """A small icon: a square in a side's colour, or a dot in a verdict's."""
+    pixmap = QtGui.QPixmap(12, 12)
+    pixmap.fill(QtCore.Qt.transparent)
+    painter = QtGui.QPainter(pixmap)
+    painter.setRenderHint(QtGui.QPainter.Antialiasing)
+    painter.setPen(QtCore.Qt.NoPen)
+    painter.setBrush(QtGui.QBrush(colour))
+    if square:
+        painter.drawRect(0, 0, 12, 12)
+    else:
+        painter.drawEllipse(2, 2, 8, 8)
+    painter.end()
+    return QtGui.QIcon(pixmap)
 
 
 class Panel:
@@ -206,10 +224,17 @@ class Panel:
         self.progress("", 0.0, None)
 
         def end(state, result, sentence):
-            self.busy.hide()
-            on_end(state, result, sentence)
+            # in a turn of its own: first FreeCAD draws what is new
+            QtCore.QTimer.singleShot(0, lambda: self._ended(on_end, state, result, sentence))
 
         self.runner = runner.Runner(job, line, self.progress, end).start()
+
+    def _ended(self, on_end, state, result, sentence):
+        try:
+            self.busy.hide()
+            on_end(state, result, sentence)
+        except RuntimeError:  # the panel was closed meanwhile, and its widgets are gone
+            pass
 
     def progress(self, stage, overall, remaining):
         text = stage_name(stage)
@@ -234,8 +259,21 @@ class Panel:
         self.layout.addLayout(box)
         return made
 
+    def add_results(self):
+        """The table, and under it the whole sentence of the row that is chosen."""
+        self.tree = Results(self.go_to)
+        self.layout.addWidget(self.tree)
+        self.detail = narrow(QtGui.QLabel())
+        self.detail.setObjectName("detail")
+        self.detail.setWordWrap(True)
+        self.detail.setTextInteractionFlags(QtCore.Qt.TextSelectableByMouse)
+        self.detail.hide()
+        self.layout.addWidget(self.detail)
+
     def go_to(self, row):
         """Selects what a row names and looks at its place."""
+        self.detail.setText(api.visible(row.sentence()))
+        self.detail.show()
         if not self.alive():
             return
         target = actions.source_of(self.obj) or self.obj
@@ -274,7 +312,7 @@ class Panel:
 
 
 class CheckPanel(Panel):
-    title = "Check"
+    title = QT_TRANSLATE_NOOP("tsolid", "Check")
     icon = "tsolid_check"
 
     def make(self):
@@ -283,8 +321,7 @@ class CheckPanel(Panel):
         self.verdict = Verdict()
         self.layout.addWidget(self.verdict)
         self.add_progress()
-        self.tree = Results(self.go_to)
-        self.layout.addWidget(self.tree)
+        self.add_results()
         self.show_cube = narrow(QtGui.QCheckBox(tr("Draw sides and corners")))
         self.show_cube.setObjectName("show_cube")
         self.show_cube.setChecked(True)
@@ -297,6 +334,7 @@ class CheckPanel(Panel):
         )
         for button in self.buttons:
             button.setEnabled(False)
+        Gui.Selection.clearSelection()  # its green would hide the sides' colours
         job = actions.Job("check", self.obj)
         self.run(job, line_of("check", self.obj), self.done)
 
@@ -355,7 +393,7 @@ def preferences():
 class BuildPanel(Panel):
     """Builds a part, or rebuilds a SolidTSpline when it is given one."""
 
-    title = "Build"
+    title = QT_TRANSLATE_NOOP("tsolid", "Build")
     icon = "tsolid_build"
 
     def make(self):
@@ -375,9 +413,8 @@ class BuildPanel(Panel):
         )
         for button in self.after:
             button.setEnabled(False)
-        self.tree = Results(self.go_to)
+        self.add_results()
         self.tree.hide()
-        self.layout.addWidget(self.tree)
         self.layout.addStretch()
 
     def _options(self):
@@ -505,7 +542,7 @@ def _inside_panel(obj):
 
 
 class ReportPanel(Panel):
-    title = "Report"
+    title = QT_TRANSLATE_NOOP("tsolid", "Report")
     icon = "tsolid_report"
 
     def make(self):
@@ -515,8 +552,7 @@ class ReportPanel(Panel):
         self.state.setObjectName("state")
         self.state.setWordWrap(True)
         self.layout.addWidget(self.state)
-        self.tree = Results(self.go_to)
-        self.layout.addWidget(self.tree)
+        self.add_results()
         self.add_buttons(
             ("copy", tr("Copy as text"), self.copy), ("export", tr("Export..."), self.export)
         )

@@ -25,6 +25,15 @@ class Row:
     def cells(self):
         return (self.what, self.where, number(self.measured), number(self.allowed), self.verdict)
 
+    def sentence(self):
+        """The row as one line of text."""
+        what, where, measured, allowed, verdict = self.cells()
+        words = [what] + (["[%s]" % where] if where else [])
+        words += [measured] if measured else []
+        words += ["(allowed %s)" % allowed] if allowed else []
+        words += ["at (%.6g, %.6g, %.6g)" % self.point] if self.point is not None else []
+        return "%s: %s" % (verdict, " ".join(words))
+
 
 class Group:
     def __init__(self, title, rows):
@@ -227,12 +236,7 @@ def text(title, groups):
     for group in groups:
         lines.append("%s: %s" % (group.title, group.verdict))
         for row in group.rows:
-            what, where, measured, allowed, verdict = map(api.visible, row.cells())
-            words = [what] + (["[%s]" % where] if where else [])
-            words += [measured] if measured else []
-            words += ["(allowed %s)" % allowed] if allowed else []
-            words += ["at (%.6g, %.6g, %.6g)" % row.point] if row.point is not None else []
-            lines.append("  %s: %s" % (verdict, " ".join(words)))
+            lines.append("  " + api.visible(row.sentence()))
     return "\n".join(lines) + "\n"
 
 

@@ -42,14 +42,15 @@ def say(text):
 
 class Runner(QtCore.QObject):
     """One job. on_progress(stage, overall, remaining), on_end(state, result, sentence) are called
-    on the main thread; longest is the longest time that this held it, in seconds."""
+    on the main thread; longest is the longest time that this held it, in seconds, without what
+    FreeCAD itself needs to draw a new shape."""
 
     def __init__(self, job, line, on_progress, on_end):
         super().__init__()
         self.job, self.line = job, line
         self.on_progress, self.on_end = on_progress, on_end
         self.document = job.given.Document.Name
-        self.longest = 0.0
+        self.longest = self.longest_cpu = 0.0
         self.lost = ""
         self.timer = QtCore.QTimer()
         self.timer.setInterval(POLL)
@@ -76,15 +77,24 @@ class Runner(QtCore.QObject):
         self.task.cancel()
 
     def _look(self):
-        start = time.perf_counter()
+        start, cpu = time.perf_counter(), time.thread_time()
         if self.task.running:
             stage, _, overall = self.task.snapshot()
-            self.on_progress(stage, overall, self.task.remaining())
+            try:
+                self.on_progress(stage, overall, self.task.remaining())
+            except RuntimeError:  # whoever wanted to see it has been closed
+                self.task.cancel()
         else:
             self.timer.stop()
             _running.remove(self)
             self._end()
-        self.longest = max(self.longest, time.perf_counter() - start)
+        spent, cpu = time.perf_counter() - start, time.thread_time() - cpu
+        ready = getattr(self.job.result, "prepared", None)
+        if not self.running and ready is not None:
+            spent -= ready.shown_in
+            cpu -= ready.shown_in_cpu
+        self.longest = max(self.longest, spent)
+        self.longest_cpu = max(self.longest_cpu, cpu)
 
     def _end(self):
         if self.lost:

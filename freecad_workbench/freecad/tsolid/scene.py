@@ -11,6 +11,7 @@ import numpy as np
 from pivy import coin
 
 LINE = (0.13, 0.15, 0.20)
+PLAIN = (0.88, 0.89, 0.91)
 MARK = (1.0, 0.20, 0.10)
 CONTROL_COLOURS = ((0.93, 0.50, 0.69), (0.36, 0.58, 0.88), (0.86, 0.62, 0.10))
 
@@ -57,14 +58,31 @@ class ElementScene:
         self.line_switch = coin.SoSwitch()
         self.line_switch.whichChild = coin.SO_SWITCH_ALL
         self.root = _separator(self.coordinates, self._face_part(), self._line_part())
+        self.plain_root = self._plain_faces()
         self.owner = np.zeros(0, int)  # half-face of each quad
 
-    def _face_part(self):
+    @staticmethod
+    def _hints():
         hints = coin.SoShapeHints()
         hints.vertexOrdering = coin.SoShapeHints.COUNTERCLOCKWISE
         hints.shapeType = coin.SoShapeHints.UNKNOWN_SHAPE_TYPE
         offset = coin.SoPolygonOffset()
         offset.factor, offset.units = 1.0, 1.0
+        return hints, offset
+
+    def _plain_faces(self):
+        """The same faces in one colour."""
+        material = coin.SoMaterial()
+        material.diffuseColor = PLAIN
+        one = coin.SoMaterialBinding()
+        one.value = coin.SoMaterialBinding.OVERALL
+        normal_binding = coin.SoNormalBinding()
+        normal_binding.value = coin.SoNormalBinding.PER_VERTEX_INDEXED
+        return _separator(*self._hints(), material, one, self.coordinates, self.normals,
+                          normal_binding, self.faces)
+
+    def _face_part(self):
+        hints, offset = self._hints()
         colour_binding = coin.SoMaterialBinding()
         colour_binding.value = coin.SoMaterialBinding.PER_VERTEX_INDEXED
         normal_binding = coin.SoNormalBinding()

@@ -25,7 +25,7 @@ class Scenes:
             ELEMENTS: (self.elements.root, self.mark.root),
             PARTS: (self.elements.root, self.mark.root),
             TMESH: (self.lines.root,),
-            CONTROL: (self.net.root, self.points.root),
+            CONTROL: (self.elements.plain_root, self.net.root, self.points.root),
         }
         for mode, nodes in children.items():
             roots[mode].removeAllChildren()
@@ -43,7 +43,8 @@ class Scenes:
             self.lines.show(self.tmesh.indices(kept))
         elif mode == CONTROL:
             self._ensure_control(look)
-            self.net.show(self.control.indices(kept))
+            self.elements.show(look, kept)
+            self.net.show(self.control.indices(look.seen(kept)))
         else:
             self.elements.show(look, kept)
 

@@ -21,7 +21,8 @@ STAGES = (
     ("optimise", 0.72),
     ("certify", 0.04),
     ("write", 0.01),
-    ("report", 0.12),
+    ("report", 0.09),
+    ("evidence", 0.03),
     ("view", 0.03),
 )
 

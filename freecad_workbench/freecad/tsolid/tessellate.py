@@ -505,33 +505,27 @@ def _on_cell_edges(elements, tmesh):
 
 
 class ControlNet:
-    """Straight lines between the Bezier control points of each element, along the borders that it
-    shares with nobody or that it is the first to have."""
+    """Straight lines between the Bezier control points of each half-face."""
 
     def __init__(self, look):
-        points, index, owner, total = [], [], [], 0
-        for members, nets in look._degree_groups():
-            shape = nets.shape[1:4]
-            number = np.arange(shape[0] * shape[1] * shape[2]).reshape(shape)
-            pairs = np.concatenate([
-                np.stack([a.reshape(-1), b.reshape(-1), np.full(a.size, -1)], 1)
-                for a, b in ((number[:-1], number[1:]), (number[:, :-1], number[:, 1:]),
-                             (number[:, :, :-1], number[:, :, 1:]))])
-            flat = nets.reshape(len(nets), -1, 4)
-            points.append((flat[..., :3] / flat[..., 3:]).reshape(-1, 3))
-            shift = total + flat.shape[1] * np.arange(len(nets))[:, None, None]
-            rows = np.where(pairs[None] < 0, -1, pairs[None] + shift)
-            index.append(rows.reshape(-1, 3))
-            owner.append(np.repeat(members, len(pairs)))
-            total += flat.shape[1] * len(nets)
+        points, total = [], 0
+        self.rows = []  # (half-faces, their rows of indices)
+        for (_, axis, end), members, nets in look._groups():
+            face = np.take(nets, -1 if end else 0, axis=3 - axis)
+            n, m = face.shape[1:3]
+            number = np.arange(n * m).reshape(n, m)
+            pairs = [np.stack([a.reshape(-1), b.reshape(-1), np.full(a.size, Rows.STOP)], 1)
+                     for a, b in ((number[:-1], number[1:]), (number[:, :-1], number[:, 1:]))]
+            pairs = np.concatenate(pairs).reshape(-1)
+            start = total + n * m * np.arange(len(members))
+            index = np.maximum(start[:, None] + pairs, -1).astype(np.int32)
+            self.rows.append((6 * members + 2 * axis + end, index))
+            points.append((face[..., :3] / face[..., 3:]).reshape(-1, 3))
+            total += n * m * len(members)
         self.point = np.concatenate(points).astype(np.float32)
-        self.index = np.concatenate(index).astype(np.int32)
-        self.owner = np.concatenate(owner)
-        self.of_point = np.concatenate([np.repeat(m, nets[0].size // 4)
-                                        for m, nets in look._degree_groups()])
 
-    def indices(self, kept):
-        return self.index[kept[self.owner]].reshape(-1)
+    def indices(self, seen):
+        return np.concatenate([index[seen[number]].reshape(-1) for number, index in self.rows])
 
     def colours(self, look):
-        return packed(0.6 * np.array(PART_COLOURS)[look.part[self.of_point]] + 0.25)
+        return packed(np.tile((0.25, 0.28, 0.33), (len(self.point), 1)))

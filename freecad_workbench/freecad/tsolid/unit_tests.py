@@ -23,7 +23,7 @@ class Scripts(unittest.TestCase):
         self.doc.recompute()
 
     def build(self):
-        return ts.build(self.box, effort="quick").object
+        return ts.build(self.box, effort="none").object
 
     def test_check(self):
         self.assertTrue(ts.check(self.box).satisfied)

@@ -249,6 +249,8 @@ def add_to(obj):
     if not isinstance(obj.ViewObject.Proxy, SolidTSplineView):
         SolidTSplineView(obj.ViewObject)
         obj.ViewObject.DisplayMode = SOLID
+        if "SelectionStyle" in obj.ViewObject.PropertiesList:
+            obj.ViewObject.SelectionStyle = "BoundBox"  # the colours stay as they are
 
 
 def proxy_of(obj):

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""In a window in German whose library is missing; started by test_gui.py."""
+
+import os
+import sys
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+import FreeCAD as App  # noqa: E402
+import FreeCADGui as Gui  # noqa: E402
+from PySide import QtGui  # noqa: E402
+
+import gui_harness as h  # noqa: E402
+
+
+def translated():
+    action = h.tool_button("Tsolid_Check").defaultAction()
+    assert action.text().replace("&", "") == "Prüfen", action.text()
+    titles = [a.text().replace("&", "") for a in h.window().menuBar().actions()]
+    assert "Volumen-T-Spline" in titles, titles
+
+
+def library_missing():
+    """One dialog that says what to do; nothing else."""
+    doc = App.newDocument("X")
+    doc.addObject("Part::Box", "Box")
+    doc.recompute()
+    texts = []
+
+    def read(box):
+        texts.append(box.text() + box.informativeText())
+        h.screen("library_missing")
+        box.accept()
+
+    with h.answering(QtGui.QMessageBox, "tsolid_library_missing", read):
+        h.click(h.tool_button("Tsolid_Check"))
+    h.pump(0.2)
+    assert len(set(texts)) == 1, texts
+    assert "no_such_library.so" in texts[0] and "cmake --install" in texts[0], texts
+    assert h.panel() is None
+
+
+def activate():
+    Gui.activateWorkbench("TsolidWorkbench")
+    h.pump(0.5)
+
+
+if os.environ.get("TSOLID_GUI_RESULT"):
+    h.run((translated, library_missing), activate)
