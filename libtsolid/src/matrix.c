@@ -147,28 +147,28 @@ static void add_point(tsolid_matrix_kind kind, const tsi_rational *r, double wei
 }
 
 static int count_points(const tsolid_solid *solid, int degree) {
-  return solid->constant_weight ? (3 * degree + 1) / 2 : degree + 6;
+  int n = solid->constant_weight ? (3 * degree + 1) / 2 : degree + 6;
+  return n < 2 ? 2 : n;
 }
 
 static void integrate_element(const assembly *a, int element, tsi_rational *r, double *k) {
   const tsi_element *e = &a->solid->space->element[element];
-  double node[3][TSI_MAX_GAUSS], weight[3][TSI_MAX_GAUSS], size = 1.0;
-  int n[3], c = a->n_components, first = a->list_start[element];
+  double weight[3][TSI_RATIONAL_POINTS], size = 1.0;
+  int c = a->n_components, first = a->list_start[element], point = 0, *n = r->n_points;
   r->n = a->list_start[element + 1] - first;
   memcpy(r->function, a->list + first, (size_t)r->n * sizeof *r->function);
   memset(k, 0, (size_t)(r->n * r->n * c * c) * sizeof *k);
   for (int d = 0; d < 3; d++) {
     n[d] = count_points(a->solid, e->degree[d]);
-    tsi_gauss(n[d], node[d], weight[d]);
+    tsi_gauss(n[d], r->x[d], weight[d]);
     size *= e->box[d + 3] - e->box[d];
   }
+  tsi_rational_fill(a->solid->space, element, r);
   for (int z = 0; z < n[2]; z++)
     for (int y = 0; y < n[1]; y++)
-      for (int x = 0; x < n[0]; x++) {
-        double at[3] = {node[0][x], node[1][y], node[2][z]};
-        double w = weight[0][x] * weight[1][y] * weight[2][z] * size;
-        tsi_rational_at(a->solid, element, at, -1, r);
-        add_point(a->kind, r, w * r->volume, k);
+      for (int x = 0; x < n[0]; x++, point++) {
+        tsi_rational_at(a->solid, r, point);
+        add_point(a->kind, r, weight[0][x] * weight[1][y] * weight[2][z] * size * r->volume, k);
       }
 }
 
@@ -201,13 +201,16 @@ static void scatter(const assembly *a, int element, const double *k) {
     }
 }
 
-static int new_rational(tsi_arena *arena, int most, tsi_rational *r) {
-  r->capacity = most;
-  r->function = tsi_arena_new(arena, (size_t)most, sizeof *r->function);
-  double *value = tsi_arena_new(arena, 4 * (size_t)most, sizeof *value);
-  for (int d = 0; value && d < 4; d++)
-    r->value[d] = value + d * most;
-  return r->function && value;
+/* Most points of the grid on any element. */
+static int most_points(const tsolid_solid *solid) {
+  int most = 1;
+  for (int e = 0; e < solid->space->n_elements; e++) {
+    int n = 1;
+    for (int d = 0; d < 3; d++)
+      n *= count_points(solid, solid->space->element[e].degree[d]);
+    most = n > most ? n : most;
+  }
+  return most;
 }
 
 static tsolid_status integrate(tsolid_context *context, tsi_arena *arena, const assembly *a) {
@@ -220,7 +223,7 @@ static tsolid_status integrate(tsolid_context *context, tsi_arena *arena, const 
   double *k = tsi_arena_new(arena, CHUNK * room, sizeof *k);
   tsi_rational *r = tsi_arena_new(arena, (size_t)context->n_threads, sizeof *r);
   for (int t = 0; r && ok && t < context->n_threads; t++)
-    ok = new_rational(arena, a->most, &r[t]);
+    ok = tsi_rational_new(arena, a->most, most_points(a->solid), &r[t]);
   if (!k || !r || !ok)
     return tsi_no_memory(context, stage);
   for (int first = 0; first < n_elements; first += CHUNK) {
@@ -333,23 +336,28 @@ static void load_element(const tsolid_solid *solid, const tsolid_region *region,
   const tsi_element *e = &solid->space->element[element];
   int axis = tsi_side_axis(region->side), n[2];
   int along[2] = {tsi_side_s(region->side), tsi_side_t(region->side)};
-  double node[2][TSI_MAX_GAUSS], weight[2][TSI_MAX_GAUSS], size = 1.0, x[3];
+  double weight[2][TSI_RATIONAL_POINTS], size = 1.0;
   for (int d = 0; d < 2; d++) {
-    n[d] = count_points(solid, e->degree[along[d]]);
-    tsi_gauss(n[d], node[d], weight[d]);
+    double *x = r->x[along[d]];
+    n[d] = r->n_points[along[d]] = count_points(solid, e->degree[along[d]]);
+    tsi_gauss(n[d], x, weight[d]);
+    for (int i = 0; i < n[d]; i++)
+      x[i] = low[d] + x[i] * (high[d] - low[d]);
     size *= (high[d] - low[d]) * (e->box[along[d] + 3] - e->box[along[d]]);
   }
   r->n = tsi_element_function_list(solid->space, element, r->function);
-  x[axis] = region->side & 1 ? 1.0 : 0.0;
+  r->n_points[axis] = 1;
+  r->x[axis][0] = region->side & 1 ? 1.0 : 0.0;
+  tsi_rational_fill(solid->space, element, r);
   for (int j = 0; j < n[1]; j++)
     for (int i = 0; i < n[0]; i++) {
-      x[along[0]] = low[0] + node[0][i] * (high[0] - low[0]);
-      x[along[1]] = low[1] + node[1][j] * (high[1] - low[1]);
-      tsi_rational_at(solid, element, x, axis, r);
-      double area =
-          sqrt(r->area[0] * r->area[0] + r->area[1] * r->area[1] + r->area[2] * r->area[2]);
+      tsi_rational_at(solid, r, i + n[0] * j); /* along[0] < along[1] */
+      const double *p = r->jacobian[along[0]], *q = r->jacobian[along[1]];
+      double x = p[1] * q[2] - p[2] * q[1], y = p[2] * q[0] - p[0] * q[2],
+             z = p[0] * q[1] - p[1] * q[0];
+      double area = weight[0][i] * weight[1][j] * size * sqrt(x * x + y * y + z * z);
       for (int k = 0; k < r->n; k++)
-        load[r->function[k]] += weight[0][i] * weight[1][j] * size * area * r->value[0][k];
+        load[r->function[k]] += area * r->value[0][k];
     }
 }
 
@@ -363,7 +371,7 @@ tsolid_status tsolid_face_load(tsolid_context *context, const tsolid_solid *soli
   tsi_arena arena = tsi_arena_create(context);
   tsi_rational r;
   tsolid_status status = TSOLID_OK;
-  if (!new_rational(&arena, tsi_most_functions(space), &r)) {
+  if (!tsi_rational_new(&arena, tsi_most_functions(space), most_points(solid), &r)) {
     status = tsi_no_memory(context, stage);
     goto done;
   }

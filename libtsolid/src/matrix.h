@@ -5,6 +5,9 @@
 
 #include "internal.h"
 
+/* Most points per direction: (3 * 25 + 1) / 2. */
+enum { TSI_RATIONAL_POINTS = 38 };
+
 struct tsolid_matrix {
   tsi_allocator allocator;
   int references;
@@ -14,13 +17,18 @@ struct tsolid_matrix {
   double *value;
 };
 
-/* The rational functions R = w N / W at one point of an element: n of them, numbers ascending. */
+/* The rational functions R = w N / W of one element at a tensor grid of local points. */
 typedef struct tsi_rational {
-  int n, capacity;
+  int n; /* functions, numbers ascending */
   int *function;
-  double *value[4]; /* R and its derivatives by x, y, z */
-  double volume;    /* det of d x / d u */
-  double area[3];   /* the normal x_s x x_t of the face u[axis] = constant, see tsi_rational_at */
+  int n_points[3]; /* per direction, u[0] fastest */
+  double x[3][TSI_RATIONAL_POINTS];
+  double *table; /* N and its derivatives by u: [point][4][n] */
+
+  /* at the point chosen last */
+  double *value[4];      /* R and its derivatives by x, y, z */
+  double volume;         /* det of d x / d u */
+  double jacobian[3][3]; /* row a: derivatives of x by u[a] */
 } tsi_rational;
 
 /* Numbers of the functions on an element, ascending; returns how many. */
@@ -28,9 +36,11 @@ int tsi_element_function_list(const tsolid_space *space, int element, int *funct
 /* Most functions on any element, counted with repetitions. */
 int tsi_most_functions(const tsolid_space *space);
 
-/* Fills values at local x of the element; r->function must hold the element's list. axis >= 0: also
- * the area vector of the surface u[axis] = constant, pointing to larger u[axis]. */
-void tsi_rational_at(const tsolid_solid *solid, int element, const double x[3], int axis,
-                     tsi_rational *r);
+/* Room for `most` functions at most_points points; 0: no memory. */
+int tsi_rational_new(tsi_arena *arena, int most, int most_points, tsi_rational *r);
+/* Fills the table; n, function, n_points and x are set. */
+void tsi_rational_fill(const tsolid_space *space, int element, tsi_rational *r);
+/* Chooses a point: sets value, volume and jacobian, once per fill and point. */
+void tsi_rational_at(const tsolid_solid *solid, tsi_rational *r, int point);
 
 #endif
