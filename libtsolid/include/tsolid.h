@@ -87,7 +87,8 @@ typedef enum tsolid_entity {
   TSOLID_ENTITY_CORNER,  /* corner of the cube */
   TSOLID_ENTITY_ELEMENT, /* Bezier element */
   TSOLID_ENTITY_FUNCTION,
-  TSOLID_ENTITY_LINE /* line of a text file (1-based) */
+  TSOLID_ENTITY_LINE,          /* line of a text file (1-based) */
+  TSOLID_ENTITY_SURFACE_VERTEX /* vertex of a T-spline surface: its number in the file */
 } tsolid_entity;
 
 typedef struct tsolid_finding {

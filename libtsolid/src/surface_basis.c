@@ -192,6 +192,15 @@ static int add_visit(builder *b, visit v, int number) {
   return 1;
 }
 
+/* Whether faces may be unfolded over an edge: not round a sharp vertex, where all faces have a
+ * corner at one place of the plane but do not fill four quadrants. */
+static int is_crossed(const builder *b, int link) {
+  const tsolid_surface *s = b->surface;
+  return s->link[s->link[link].opposite].face >= 0 && !b->mesh.natural[s->link[link].edge] &&
+         b->mesh.kind[s->link[link].vertex] != TSI_SHARP &&
+         b->mesh.kind[tsi_destination(s, link)] != TSI_SHARP;
+}
+
 /* The neighbours of a visited face across its edges inside the support. */
 static int visit_neighbours(builder *b, int k) {
   const tsolid_surface *s = b->surface;
@@ -209,7 +218,7 @@ static int visit_neighbours(builder *b, int k) {
       z[d] = a[d] + step[d];
     }
     int along = direction & 1; /* the axis that the edge runs along */
-    if (s->link[other].face >= 0 && !b->mesh.natural[s->link[i].edge] &&
+    if (is_crossed(b, i) &&
         overlaps(fmin(a[along], z[along]), fmax(a[along], z[along]), q->end[along]) &&
         !add_visit(b, place_face(&b->mesh, other, direction + 2 - b->mesh.side[other], z),
                    v.quadrant))
@@ -274,7 +283,7 @@ static int add_regular(builder *b, int vertex, int point, int i, int j) {
   return 1;
 }
 
-/* Each face at a corner by itself. */
+/* Each face at a corner or a sharp vertex by itself. */
 static int add_corner(builder *b, int vertex) {
   const tsolid_surface *s = b->surface;
   int first = s->vertex_link[vertex], i = first;
@@ -298,7 +307,7 @@ static int add_functions(builder *b) {
   for (int v = 0; v < s->n_vertices; v++) {
     const int *extra = s->tsm.extra[v];
     size_t at = s->tsm.grip_start[v];
-    if (b->mesh.kind[v] == TSI_CORNER && !add_corner(b, v))
+    if ((b->mesh.kind[v] == TSI_CORNER || b->mesh.kind[v] == TSI_SHARP) && !add_corner(b, v))
       return 0;
     if (b->mesh.kind[v] != TSI_REGULAR)
       continue;
@@ -557,10 +566,13 @@ static int start(builder *b) {
   b->status = tsi_mesh_create(b->context, b->arena, b->surface, &b->mesh);
   if (!b->status)
     b->status = tsi_star_faces(&b->mesh, b->arena, &b->near);
+  b->surface->star_rings = tsi_arena_new(&b->surface->arena, (size_t)b->surface->n_vertices, 1);
   b->last_visit = tsi_arena_new(b->arena, n_faces, sizeof *b->last_visit);
   b->place = tsi_arena_new(b->arena, n_points, sizeof *b->place);
-  if (!b->status && (!b->last_visit || !b->place))
+  if (!b->status && (!b->last_visit || !b->place || !b->surface->star_rings))
     b->status = tsi_no_memory(b->context, stage);
+  if (!b->status)
+    tsi_star_rings(&b->mesh, b->surface->star_rings);
   for (size_t f = 0; !b->status && f < n_faces; f++)
     b->last_visit[f] = -1;
   for (size_t k = 0; !b->status && k < n_points; k++)

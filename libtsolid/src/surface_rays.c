@@ -18,7 +18,13 @@
  *            the B-spline curve of its own control points and the second derivative across is
  *            zero, as at the boundary of a subdivision surface. In terms of functions: those of the
  *            border have value 1 there, the others 0; else they are what the mirrored knots give.
- * An inner edge with an end condition and no multiple knot is a crease: natural from both sides. */
+ * An inner edge with an end condition and no multiple knot is a crease: natural from both sides.
+ *
+ * Triple knots along edges, as faces of no area on both sides of a line make them, tear the surface
+ * to C^0 there. Where such lines meet with other than four faces, all edges at the vertex have
+ * interval 0: a sharp vertex. Rays end there, its value repeats without end, and the vertex's own
+ * function is (1 - x/a)^3 (1 - y/b)^3 on each face, a and b the first intervals other than 0. A
+ * line that has interval 0 from there for one knot only is sharp at the vertex and fades out. */
 #include "surface_rays.h"
 
 static const char stage[] = "surface";
@@ -151,6 +157,17 @@ static tsolid_status check_multiplicity(const tsi_mesh *m, int vertex) {
   return TSOLID_OK;
 }
 
+/* Whether all edges there have interval 0 and start corners of faces. */
+static int is_sharp(const tsolid_surface *s, int vertex) {
+  int i = s->vertex_link[vertex];
+  do {
+    if (s->link[i].straight || s->interval[s->link[i].edge] > 0.0)
+      return 0;
+    i = s->link[s->link[i].prev].opposite;
+  } while (i != s->vertex_link[vertex]);
+  return 1;
+}
+
 static tsi_vertex_kind find_kind(const tsi_mesh *m, int vertex) {
   const tsolid_surface *s = m->surface;
   int border, quadrants = tsi_vertex_quadrants(s, vertex, &border);
@@ -178,6 +195,8 @@ static tsi_vertex_kind find_kind(const tsi_mesh *m, int vertex) {
   }
   if (straight && border >= 0 && quadrants == 2 && natural_border)
     return TSI_REGULAR;
+  if (border < 0 && n_creases == 0 && is_sharp(s, vertex))
+    return TSI_SHARP;
   return n_creases > 0 && n_creases == n_inner ? TSI_CORNER : TSI_STAR;
 }
 
@@ -351,7 +370,8 @@ tsi_half tsi_mesh_half(const tsi_mesh *m, int vertex, int d, int i, int j) {
 }
 
 tsi_half tsi_mesh_corner_half(const tsi_mesh *m, int link) {
-  tsi_half half = {.stop = INFINITY, .own_natural = 1};
+  int natural = m->kind[m->surface->link[link].vertex] == TSI_CORNER;
+  tsi_half half = {.stop = INFINITY, .own_natural = natural};
   shoot(m, (tsi_way){TSI_ALONG, link, 0.0}, 0, 0, &half);
   return half;
 }

@@ -8,8 +8,10 @@
 /* How functions behave at a vertex.
  *   regular  four quadrants, fewer on the border; lines cross it straight
  *   corner   all its edges are creases: each face ends there by itself
+ *   sharp    not four quadrants, but all its edges have interval 0: rays end there, and the surface
+ *            has the vertex's own control point
  *   star     everything else */
-typedef enum tsi_vertex_kind { TSI_REGULAR, TSI_CORNER, TSI_STAR } tsi_vertex_kind;
+typedef enum tsi_vertex_kind { TSI_REGULAR, TSI_CORNER, TSI_SHARP, TSI_STAR } tsi_vertex_kind;
 
 typedef struct tsi_mesh {
   tsolid_context *context;
@@ -48,7 +50,7 @@ tsi_way tsi_vertex_way(const tsolid_surface *surface, int vertex, int d);
  * vertex's primary one. */
 tsi_half tsi_mesh_half(const tsi_mesh *mesh, int vertex, int d, int i, int j);
 
-/* Knots along a crease from a corner. */
+/* Knots along an edge from a corner or a sharp vertex. */
 tsi_half tsi_mesh_corner_half(const tsi_mesh *mesh, int link);
 
 static inline int tsi_destination(const tsolid_surface *s, int link) {
@@ -65,6 +67,8 @@ typedef struct tsi_net {
 
 /* near[f]: 2 a face at a star, 1 a face that touches one of these, else 0. */
 tsolid_status tsi_star_faces(const tsi_mesh *mesh, tsi_arena *arena, char **near);
+/* Per vertex: rings of faces round a star where another rule may give another surface, else 0. */
+void tsi_star_rings(const tsi_mesh *mesh, char *rings);
 /* net[f] of faces with near[f] = 1 holds their own functions; fills net[f] of those at stars and
  * replaces what faces share with them. */
 tsolid_status tsi_star_nets(const tsi_mesh *mesh, tsi_arena *arena, const char *near, tsi_net *net);

@@ -24,12 +24,15 @@
  * with the template's control points put at these means; written as functions of the input's own
  * control points, all of them >= 0 with sum one.
  *
+ * Sharp vertices, where all edges have interval 0, are none of these: surface_rays.c.
+ *
  * A modeller has a rule of its own there. This surface differs from the modeller's within one ring
  * of faces round the star vertex, two rings where the intervals of the spokes differ; outside, the
  * Bezier points are those of the B-spline that the mesh is there. */
 #include "surface_rays.h"
 
 static const char stage[] = "surface";
+static const double agreement = 1e-9; /* of knot intervals */
 
 /* Places among 16 Bezier points, u fastest: of corner c; of the face point beside it; of the edge
  * points on side c, near its start and near its end. */
@@ -123,6 +126,35 @@ tsolid_status tsi_star_refuse(const tsi_mesh *m, tsi_arena *arena, int face) {
       s->vertex_record[junction], s->vertex_record[star]);
 }
 
+/* Edges at a vertex with and without a knot interval. */
+static int count_edges(const tsolid_surface *s, int vertex, int *n_zero) {
+  int n = 0, i = s->vertex_link[vertex];
+  *n_zero = 0;
+  do {
+    n++;
+    *n_zero += !(s->interval[s->link[i].edge] > 0.0);
+    i = s->link[s->link[i].prev].opposite;
+  } while (i != s->vertex_link[vertex]);
+  return n;
+}
+
+static tsolid_status refuse_slit(const tsi_mesh *m, int face) {
+  const tsolid_surface *s = m->surface;
+  int i = s->face_link[face];
+  do {
+    int vertex = s->link[i].vertex, n_zero, n = count_edges(s, vertex, &n_zero);
+    if (m->kind[vertex] == TSI_STAR && n_zero > 0)
+      return tsi_fail(m->context, TSOLID_ERROR_REFUSED, stage,
+                      "Vertex %d is half sharp: %d of its %d edges have the knot interval 0, it "
+                      "must be all or none",
+                      s->vertex_record[vertex], n_zero, n);
+    i = s->link[i].next;
+  } while (i != s->face_link[face]);
+  return tsi_fail(m->context, TSOLID_ERROR_REFUSED, stage,
+                  "Face %d has no area, too near to a star that is not sharp",
+                  s->face_record[face]);
+}
+
 tsolid_status tsi_star_faces(const tsi_mesh *m, tsi_arena *arena, char **out) {
   const tsolid_surface *s = m->surface;
   char *near = tsi_arena_new(arena, (size_t)s->n_faces, 1);
@@ -149,10 +181,26 @@ tsolid_status tsi_star_faces(const tsi_mesh *m, tsi_arena *arena, char **out) {
       i = s->link[i].next;
     } while (i != s->face_link[f]);
     if (!(size[0] > 0.0) || !(size[1] > 0.0))
-      return tsi_fail(m->context, TSOLID_ERROR_REFUSED, stage,
-                      "Face %d has no area, too near to a star", s->face_record[f]);
+      return refuse_slit(m, f);
   }
   return TSOLID_OK;
+}
+
+void tsi_star_rings(const tsi_mesh *m, char *rings) {
+  const tsolid_surface *s = m->surface;
+  for (int v = 0; v < s->n_vertices; v++) {
+    int i = s->vertex_link[v];
+    double least = INFINITY, most = 0.0;
+    if (m->kind[v] != TSI_STAR)
+      continue;
+    do {
+      double interval = s->interval[s->link[i].edge];
+      least = fmin(least, interval);
+      most = fmax(most, interval);
+      i = s->link[s->link[i].prev].opposite;
+    } while (i != s->vertex_link[v]);
+    rings[v] = most - least <= agreement * most ? 1 : 2;
+  }
 }
 
 /* ---- points ------------------------------------------------------------------------------------

@@ -216,6 +216,8 @@ class Context:
             return self._where_in_patch(entity, *index)
         if entity == Entity.ENTITY_SIDE and 0 <= index[0] < 6:
             return "side %s" % SIDE_NAMES[index[0]]
+        if entity == Entity.ENTITY_SURFACE_VERTEX:
+            return "vertex %d" % index[0]
         return "%s %d" % (entity.name[len("ENTITY_") :].lower(), index[0])
 
     def _where_in_patch(self, entity, k, j):

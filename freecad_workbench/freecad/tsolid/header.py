@@ -45,6 +45,7 @@ class Entity(enum.IntEnum):
     ENTITY_ELEMENT = 7
     ENTITY_FUNCTION = 8
     ENTITY_LINE = 9
+    ENTITY_SURFACE_VERTEX = 10
 
 
 class Verdict(enum.IntEnum):
