@@ -39,6 +39,7 @@ static void check_basis(tsolid_context *context, const tsolid_boundary *boundary
   CHECK(tsi_faces_create(context, space, &arena, &n_faces, &face) == TSOLID_OK);
   CHECK(tsi_basis_measure(context, space, n_faces, face, 1200, &r) == TSOLID_OK);
   CHECK_NEAR(r.sum_defect, 0.0, 1e-12);
+  CHECK_NEAR(r.input_sum_defect, 0.0, 1e-14);
   CHECK_NEAR(r.diagonal_jump, 0.0, 1e-12);
   CHECK_NEAR(r.core_jump, 0.0, 1e-12);
   CHECK(r.smallest_value >= 0.0);

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "boundary_checks.h"
+#include "conform.h"
 
 /* ---- T-splines of known surfaces ---------------------------------------------------------------
  */
@@ -253,6 +254,22 @@ static double sum_defect(const tsolid_boundary *boundary) {
   return worst;
 }
 
+/* What the solid's report says of the sums: the input's own defect, and nothing beyond it. */
+static void check_report(tsolid_context *context, const tsolid_boundary *boundary) {
+  tsolid_tmesh *tmesh = NULL;
+  tsolid_space *space = NULL;
+  tsolid_basis_report r;
+  if (CHECK(tsolid_tmesh_create(context, boundary, NULL, &tmesh) == TSOLID_OK) &&
+      CHECK(tsolid_space_create(context, boundary, tmesh, &space) == TSOLID_OK) &&
+      CHECK(tsi_basis_measure(context, space, 0, NULL, -1, &r) == TSOLID_OK)) {
+    CHECK_NEAR(r.input_sum_defect, sum_defect(boundary), 0.0);
+    CHECK(r.sum_defect <= r.input_sum_defect + 1e-12); /* finer elements: closer bounds */
+    CHECK((r.sum_defect > 0.01) == (r.input_sum_defect > 0.01));
+  }
+  tsolid_space_free(space);
+  tsolid_tmesh_free(tmesh);
+}
+
 /* Written as given, and as the Bezier sides that it became: the same boundary again. */
 static void check_file(tsolid_context *context, const mixture *m, const tsolid_boundary *boundary) {
   char path[64];
@@ -370,6 +387,8 @@ static void check_rewritten(tsolid_context *context, const part *p, int kind) {
         CHECK(sum_defect(boundary) > 0.01);
       else
         CHECK_NEAR(sum_defect(boundary), 0.0, 4e-15);
+      if (!round)
+        check_report(context, boundary);
       if (round)
         CHECK(same_boundaries(first, boundary));
       if (round < 2)

@@ -145,7 +145,8 @@ static void print_quality(const tsolid_quality *q) {
 
 static void print_basis(const tsolid_basis_report *b) {
   print_title("Basis");
-  printf("sum one within %.3g, smallest coefficient %.3g\n", b->sum_defect, b->smallest_value);
+  printf("sum one within %.3g (of which the input's own: %.3g), smallest coefficient %.3g\n",
+         b->sum_defect, b->input_sum_defect, b->smallest_value);
   print_title("");
   if (b->rank_measured)
     printf("smallest eigenvalues: inner %.3g (round-off %.3g), surface %.3g (round-off %.3g)\n",

@@ -513,9 +513,11 @@ TSOLID_API tsolid_status tsolid_quality_measure(tsolid_context *context, const t
  */
 
 typedef struct tsolid_basis_report {
-  double sum_defect;     /* largest |sum of all functions - 1|, before normalisation */
-  double smallest_value; /* smallest Bernstein coefficient of a function: >= 0 */
-  int rank_measured;     /* 0: skipped, too large (see max_rank_functions) */
+  double sum_defect;       /* largest |sum of all functions - 1|, before normalisation */
+  double input_sum_defect; /* the same of the input's own functions on the boundary: what even an
+                              analysis-suitable T-mesh cannot make good */
+  double smallest_value;   /* smallest Bernstein coefficient of a function: >= 0 */
+  int rank_measured;       /* 0: skipped, too large (see max_rank_functions) */
   double
       inner_eigenvalue; /* smallest of the diagonally scaled mass matrix of the inner functions */
   double surface_eigenvalue;               /* the same for the surface functions on the boundary */

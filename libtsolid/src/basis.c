@@ -46,6 +46,23 @@ static tsolid_status measure_sum(tsolid_context *context, const tsolid_space *sp
   return status;
 }
 
+/* The surface is what the input says: a sum of its own functions other than one stays. */
+static double measure_input_sum(const tsolid_boundary *boundary) {
+  double defect = 0.0;
+  for (int i = 0; i < 6; i++) {
+    const tsi_side *side = &boundary->side[i];
+    size_t width = (size_t)(side->degree[0] + 1) * (size_t)(side->degree[1] + 1);
+    for (int e = 0; e < side->n_elements; e++)
+      for (size_t c = 0; c < width; c++) {
+        double sum = 0.0;
+        for (int k = side->function_start[e]; k < side->function_start[e + 1]; k++)
+          sum += side->coefficient[(size_t)k * width + c];
+        defect = fmax(defect, fabs(sum - 1.0));
+      }
+  }
+  return defect;
+}
+
 static void widen(const double *value, size_t n, double range[2]) {
   for (size_t i = 0; i < n; i++) {
     range[0] = fmin(range[0], value[i]);
@@ -442,6 +459,7 @@ tsolid_status tsi_basis_measure(tsolid_context *context, const tsolid_space *spa
                                   .inner_roundoff = (double)NAN,
                                   .surface_roundoff = (double)NAN};
   tsolid_status status = measure_sum(context, space, &report->sum_defect);
+  report->input_sum_defect = measure_input_sum(space->boundary);
   report->smallest_value = measure_sign(space);
   if (status == TSOLID_OK)
     status = measure_jumps(context, space, n_faces, face, report);

@@ -152,6 +152,7 @@ static void put_conformity(writer *w, cJSON *o, const tsolid_conformity_report *
 
 static void put_basis(writer *w, cJSON *o, const tsolid_basis_report *s) {
   NUMBER(sum_defect);
+  NUMBER(input_sum_defect);
   NUMBER(smallest_value);
   FLAG(rank_measured);
   NUMBER(inner_eigenvalue);

@@ -324,6 +324,7 @@ class Quality(ctypes.Structure):
 class BasisReport(ctypes.Structure):
     _fields_ = [
         ("sum_defect", c_double),
+        ("input_sum_defect", c_double),
         ("smallest_value", c_double),
         ("rank_measured", c_int),
         ("inner_eigenvalue", c_double),

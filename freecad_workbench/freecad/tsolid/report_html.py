@@ -269,6 +269,7 @@ def _basis(report):
     b = report["basis"]
     rows = [
         ("sum of all functions differs from 1 by at most", b["sum_defect"]),
+        ("of which the input's own functions", b.get("input_sum_defect")),
         ("smallest coefficient (not negative: all functions are >= 0)", b["smallest_value"]),
         ("largest jump of a function across a diagonal", b["diagonal_jump"]),
         ("largest jump of a function across the core's faces", b["core_jump"]),
