@@ -363,8 +363,32 @@ class Building(unittest.TestCase):
         self.assertGreater(more, self.result.report["statistics"]["input_nodes"])
         with self.assertRaises(ValueError):
             api.build(self.solid, effort="great")
+        with self.assertRaises(ValueError):
+            api.build(self.solid, octree="round")
         with self.assertRaises(TypeError):
             api.build(self.solid, api.Options(), threads=1)
+
+    def test_octree_and_closure(self):
+        """One fine face: the T-mesh has levels, so the options make a difference."""
+        patches, cells, open_defect = binding_parts.cube(), {}, 0.0
+        knots = [0.0] + [i / 16 for i in range(17)] + [1.0]
+        points = [(0.0, i / 16, j / 16) for j in range(17) for i in range(17)]
+        patches[0] = binding.Patch((1, 1), (17, 17), (knots, knots), points)
+        for octree, closed in itertools.product(api.OCTREES, (True, False)):
+            result = api.build(api.Part.of_patches(patches), octree=octree,
+                               analysis_suitable=closed, effort="none")
+            self.assertEqual(result.exit_code, 0, result.text())
+            statistics, basis = result.report["statistics"], result.report["basis"]
+            self.assertEqual(statistics["analysis_suitable"], closed)
+            if closed:
+                self.assertLess(basis["sum_defect"], 1e-12)
+            open_defect = max(open_defect, basis["sum_defect"])
+            self.assertLess(basis["input_sum_defect"], 1e-12)
+            self.assertEqual(result.report["options"]["octree"], octree)
+            cells[octree, closed] = statistics["tmesh_cells"]
+        self.assertGreater(cells["anisotropic", True], cells["anisotropic", False])
+        self.assertGreater(open_defect, 1e-3)
+        self.assertNotEqual(cells["isotropic", False], cells["anisotropic", False])
 
     def test_verify_sees_a_moved_control_point(self):
         rows, same = api.verify(self.solid, self.result.tsolid)
@@ -471,11 +495,40 @@ class Documents(unittest.TestCase):
     def test_objects_of_an_older_version_get_what_they_lack(self):
         obj = document.create(self.source)
         obj.RefineKnots = 1
-        obj.removeProperty("MinCells")
+        for name in ("MinCells", "Octree", "AnalysisSuitable"):
+            obj.removeProperty(name)
         obj.Version = 0
         self.reopened()
         obj = self.doc.getObject("SolidTSpline")
         self.assertEqual((obj.MinCells, obj.Version, obj.RefineKnots), (0, document.VERSION, 1))
+        self.assertEqual((str(obj.Octree), obj.AnalysisSuitable), ("anisotropic", True))
+
+    def test_a_solid_built_before_the_octree_could_be_chosen_is_current(self):
+        obj = document.create(self.source)
+        document.rebuild(obj)
+        built = json.loads(obj.BuiltOptions)
+        for name in ("Octree", "AnalysisSuitable"):
+            obj.removeProperty(name)
+        obj.BuiltOptions = json.dumps(
+            {k: v for k, v in built.items() if k not in ("octree", "analysis_suitable")})
+        obj.Version = 2
+        self.reopened()
+        obj = self.doc.getObject("SolidTSpline")
+        self.doc.recompute()
+        self.assertEqual((json.loads(obj.BuiltOptions), obj.Version), (built, document.VERSION))
+        self.assertEqual(str(obj.Status), document.CURRENT)
+        obj.AnalysisSuitable = False
+        self.doc.recompute()
+        self.assertEqual(str(obj.Status), document.OUTDATED)
+
+    def test_octree_options_are_the_objects_own(self):
+        obj = document.create(self.source)
+        obj.Octree, obj.AnalysisSuitable = "isotropic", False
+        options = document.options_of(obj)
+        self.assertEqual((options.octree, options.analysis_suitable), ("isotropic", False))
+        other = document.create(self.source)
+        document.set_options(other, options)
+        self.assertEqual(document.options_of(other).as_dict(), options.as_dict())
 
     def test_two_objects_keep_their_own_files(self):
         other = self.doc.addObject("Part::Feature", "Box")

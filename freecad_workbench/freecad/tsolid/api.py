@@ -22,6 +22,7 @@ from . import binding, convert, evidence
 from .header import Severity, Status, Verdict
 
 EFFORTS = ("default", "none", "quick", "thorough")  # the library's numbers 0..3
+OCTREES = ("anisotropic", "isotropic")  # the library's 0 and 1
 VOLUME_ALLOWED = 1e-12
 
 # A part that fails so is refused; anything else is an error of the machine or of ours.
@@ -34,6 +35,9 @@ class Options:
     refine_knots: halve every knot span of the sides so often, exactly (more freedom inside)
     raise_degree: raise the degree of every side by so much, exactly
     min_cells:    at least so many cells per axis inside; 0: the library's default
+    octree:       "anisotropic": levels per axis; "isotropic": the paper's
+    analysis_suitable: functions that sum to one (as far as the input's own do); False: a rational
+                  T-spline with fewer elements
     effort:       "default", "none" (no smoothing), "quick" or "thorough"
     threads:      0 takes all processors; the result does not depend on it
     tolerance:    of edges that carry none of their own, in the shape's unit; 0: 1e-7
@@ -47,14 +51,20 @@ class Options:
         effort="default",
         threads=0,
         tolerance=0.0,
+        octree="anisotropic",
+        analysis_suitable=True,
     ):
         if effort not in EFFORTS:
             raise ValueError("effort is one of %s" % ", ".join(EFFORTS))
+        if octree not in OCTREES:
+            raise ValueError("octree is one of %s" % ", ".join(OCTREES))
         if not 0.0 <= tolerance < math.inf:
             raise ValueError("tolerance is a number, and not negative")
         self.refine_knots = int(refine_knots)
         self.raise_degree = int(raise_degree)
         self.min_cells = int(min_cells)
+        self.octree = octree
+        self.analysis_suitable = bool(analysis_suitable)
         self.effort = effort
         self.threads = int(threads)
         self.tolerance = float(tolerance)
@@ -64,7 +74,8 @@ class Options:
 
     def as_dict(self):
         """What the result depends on: not the number of threads."""
-        names = ("refine_knots", "raise_degree", "min_cells", "effort", "tolerance")
+        names = ("refine_knots", "raise_degree", "min_cells", "octree", "analysis_suitable",
+                 "effort", "tolerance")
         return {name: getattr(self, name) for name in names}
 
 
@@ -349,7 +360,8 @@ def build(given, options=None, progress=None, **keywords):
 
 
 def _solid(context, boundary, options, clock):
-    tmesh = binding.TMesh.create(context, boundary, options.min_cells)
+    tmesh = binding.TMesh.create(context, boundary, options.min_cells,
+                                 OCTREES.index(options.octree), options.analysis_suitable)
     clock.stop("tmesh")
     space = binding.Space.create(context, boundary, tmesh)
     clock.stop("space")
@@ -518,7 +530,8 @@ def report_text(report):
         % (certificate["n_positive"], certificate["n_elements"]),
         "  scaled Jacobian: worst %s, mean %s, best %s; the part allows %s, ratio %s"
         % tuple(_number(quality[k]) for k in ("worst", "mean", "best", "bound", "ratio")),
-        "  sum of the functions differs from 1 by %s" % _number(basis["sum_defect"]),
+        "  sum of the functions differs from 1 by %s (of which the input's own: %s)"
+        % (_number(basis["sum_defect"]), _number(basis.get("input_sum_defect"))),
     ]
     if worst is not None:
         lines.append(

@@ -16,7 +16,7 @@ import Part
 
 from . import api, binding, fingerprint
 
-VERSION = 2  # of the object's properties; onDocumentRestored migrates older ones
+VERSION = 3  # of the object's properties; onDocumentRestored migrates older ones
 
 _PROPERTIES = (
     # type, name, group, description, read-only
@@ -24,6 +24,8 @@ _PROPERTIES = (
     ("App::PropertyInteger", "RefineKnots", "Options", "Halve every knot span so often", False),
     ("App::PropertyInteger", "RaiseDegree", "Options", "Raise the sides' degree by so much", False),
     ("App::PropertyInteger", "MinCells", "Options", "Cells per axis inside, at least", False),
+    ("App::PropertyEnumeration", "Octree", "Options", "Levels per axis, or as in the paper", False),
+    ("App::PropertyBool", "AnalysisSuitable", "Options", "Functions that sum to one", False),
     ("App::PropertyEnumeration", "Effort", "Options", "How hard to smooth the elements", False),
     ("App::PropertyFloat", "Tolerance", "Options", "Of edges without their own; 0: 1e-7", False),
     ("App::PropertyString", "Verdict", "Result", "Is det J > 0 proved everywhere?", True),
@@ -58,6 +60,10 @@ class SolidTSpline:
             obj.addProperty(kind, name, group, description)
             if name == "Effort":
                 obj.Effort = list(api.EFFORTS)
+            elif name == "Octree":
+                obj.Octree = list(api.OCTREES)
+            elif name == "AnalysisSuitable":
+                obj.AnalysisSuitable = True
             elif name == "Status":
                 obj.Status = list(STATUSES)
         for kind, name, group, description, read_only in _PROPERTIES:
@@ -77,6 +83,9 @@ class SolidTSpline:
             obj.Status = CURRENT
             report = report_of(obj) or {}
             obj.BuiltOptions = json.dumps(report.get("options", {}))
+        if obj.Version < 3 and obj.BuiltOptions:  # built before there was a choice
+            built = dict(api.Options().as_dict(), **json.loads(obj.BuiltOptions))
+            obj.BuiltOptions = json.dumps(built)
         obj.Version = VERSION
 
     def execute(self, obj):
@@ -124,6 +133,8 @@ def options_of(obj, threads=0):
         refine_knots=obj.RefineKnots,
         raise_degree=obj.RaiseDegree,
         min_cells=obj.MinCells,
+        octree=str(obj.Octree),
+        analysis_suitable=obj.AnalysisSuitable,
         effort=str(obj.Effort),
         threads=threads,
         tolerance=obj.Tolerance,
@@ -134,6 +145,8 @@ def set_options(obj, options):
     obj.RefineKnots = options.refine_knots
     obj.RaiseDegree = options.raise_degree
     obj.MinCells = options.min_cells
+    obj.Octree = options.octree
+    obj.AnalysisSuitable = options.analysis_suitable
     obj.Effort = options.effort
     obj.Tolerance = options.tolerance
 

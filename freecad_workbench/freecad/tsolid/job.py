@@ -246,12 +246,13 @@ def commit(stage, names, out):
 def _options(text):
     """key=value pairs that the launcher has checked for their characters."""
     given = dict(pair.split("=", 1) for pair in text.split())
-    kinds = {"effort": str, "tolerance": float}
+    kinds = {"effort": str, "octree": str, "tolerance": float,
+             "analysis_suitable": {"on": True, "off": False}.__getitem__}
     values = {}
     for key, value in given.items():
         try:
             values[key] = kinds.get(key, int)(value)
-        except ValueError:
+        except (ValueError, KeyError):
             raise Failure("--%s has no such value: %s" % (key.replace("_", "-"), value)) from None
     try:
         return api.Options(**values)

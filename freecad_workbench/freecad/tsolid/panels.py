@@ -455,7 +455,8 @@ class BuildPanel(Panel):
         self.refine.setValue(given.refine_knots)
         self.cells.setValue(given.min_cells)
         self.tolerance.setText("%g" % given.tolerance if given.tolerance else "")
-        self.raise_degree = given.raise_degree
+        self.not_shown = {name: getattr(given, name)
+                          for name in ("raise_degree", "octree", "analysis_suitable")}
 
     def options(self):
         """As the panel has them; raises ValueError with a sentence."""
@@ -466,11 +467,11 @@ class BuildPanel(Panel):
             raise ValueError(tr("%s is not a number") % text) from None
         return api.Options(
             refine_knots=self.refine.value(),
-            raise_degree=self.raise_degree,
             min_cells=self.cells.value(),
             effort=self.effort.itemData(self.effort.currentIndex()),
             tolerance=tolerance,
             threads=preferences().GetInt("Threads", 0),
+            **self.not_shown,
         )
 
     def build(self):
