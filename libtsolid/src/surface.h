@@ -65,10 +65,6 @@ struct tsolid_surface {
   int *function;
   double *coefficient; /* (degree+1)^2 per function, u fastest */
 
-  /* Per vertex: the rings of faces round it where the rule for stars may differ from a modeller's;
-   * NULL where elements are taken as they are. */
-  char *star_rings;
-
   tsi_tsm tsm;
 
   /* Counted by tsi_surface_finish. */

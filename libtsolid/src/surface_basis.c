@@ -566,13 +566,10 @@ static int start(builder *b) {
   b->status = tsi_mesh_create(b->context, b->arena, b->surface, &b->mesh);
   if (!b->status)
     b->status = tsi_star_faces(&b->mesh, b->arena, &b->near);
-  b->surface->star_rings = tsi_arena_new(&b->surface->arena, (size_t)b->surface->n_vertices, 1);
   b->last_visit = tsi_arena_new(b->arena, n_faces, sizeof *b->last_visit);
   b->place = tsi_arena_new(b->arena, n_points, sizeof *b->place);
-  if (!b->status && (!b->last_visit || !b->place || !b->surface->star_rings))
+  if (!b->status && (!b->last_visit || !b->place))
     b->status = tsi_no_memory(b->context, stage);
-  if (!b->status)
-    tsi_star_rings(&b->mesh, b->surface->star_rings);
   for (size_t f = 0; !b->status && f < n_faces; f++)
     b->last_visit[f] = -1;
   for (size_t k = 0; !b->status && k < n_points; k++)
@@ -602,6 +599,8 @@ static void finish(builder *b) {
   s->function_start = keep(b, &b->function_start);
   s->function = keep(b, &b->function);
   s->coefficient = keep(b, &b->coefficient);
+  if (!b->status)
+    b->status = tsi_star_notes(&b->mesh, b->arena);
 }
 
 tsolid_status tsi_surface_basis(tsolid_context *context, tsolid_surface *surface) {

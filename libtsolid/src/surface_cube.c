@@ -209,38 +209,6 @@ static tsolid_status find_stars(tsi_cutting *cut, tsolid_requirement *requiremen
                     n_stars, n_stars ? stars : "none", n_stars > MAX_NAMED ? ", ..." : "", n_wrong);
 }
 
-/* Says which surface results round stars: one note for all that are alike. */
-static void note_stars(const tsi_cutting *cut) {
-  const struct tsolid_surface *s = cut->surface;
-  for (int rings = 1; s->star_rings && rings <= 2; rings++) {
-    char text[16 * TSI_N_STARS] = "";
-    int n = 0, last = 0;
-    for (int i = 0; i < TSI_N_STARS; i++)
-      if (s->star_rings[cut->star[i]] == rings)
-        last = i;
-    for (int i = 0; i < TSI_N_STARS; i++) {
-      size_t used = strlen(text);
-      if (s->star_rings[cut->star[i]] == rings)
-        snprintf(text + used, sizeof text - used, "%s%d",
-                 n++ == 0    ? ""
-                 : i == last ? " and "
-                             : ", ",
-                 tsi_vertex_number(s, cut->star[i]));
-    }
-    if (n == 0)
-      continue;
-    tsolid_finding note = n == 1 ? tsi_cutting_finding(cut, cut->star[last])
-                                 : tsi_finding(TSOLID_NOTE, TSOLID_OK, stage);
-    note.severity = TSOLID_NOTE;
-    note.status = TSOLID_OK;
-    tsi_report(cut->context, &note,
-               "Round %s %s (three edges%s) the surface is the template's, whose edges there have "
-               "knot intervals of zero: it may differ from the modeller's own within %s of faces",
-               n == 1 ? "vertex" : "vertices", text, n == 1 ? "" : " each",
-               rings == 1 ? "one ring" : "two rings");
-  }
-}
-
 /* ---- the cube's graph -------------------------------------------------------------------------
  */
 
@@ -450,8 +418,6 @@ tsolid_status tsi_surface_to_sides(tsolid_context *context, tsi_arena *arena,
     status = check_lengths(cut);
   if (!status)
     status = tsi_cutting_sides(cut, boundary);
-  if (!status)
-    note_stars(cut);
   if (status == TSOLID_ERROR_REFUSED)
     requirement->n_violations += context->n_findings - n_findings;
   return status;

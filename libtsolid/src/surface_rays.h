@@ -67,8 +67,8 @@ typedef struct tsi_net {
 
 /* near[f]: 2 a face at a star, 1 a face that touches one of these, else 0. */
 tsolid_status tsi_star_faces(const tsi_mesh *mesh, tsi_arena *arena, char **near);
-/* Per vertex: rings of faces round a star where another rule may give another surface, else 0. */
-void tsi_star_rings(const tsi_mesh *mesh, char *rings);
+/* Notes which surface results round stars: one for all that are alike. After the elements. */
+tsolid_status tsi_star_notes(const tsi_mesh *mesh, tsi_arena *arena);
 /* net[f] of faces with near[f] = 1 holds their own functions; fills net[f] of those at stars and
  * replaces what faces share with them. */
 tsolid_status tsi_star_nets(const tsi_mesh *mesh, tsi_arena *arena, const char *near, tsi_net *net);

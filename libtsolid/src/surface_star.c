@@ -29,10 +29,15 @@
  * A modeller has a rule of its own there. This surface differs from the modeller's within one ring
  * of faces round the star vertex, two rings where the intervals of the spokes differ; outside, the
  * Bezier points are those of the B-spline that the mesh is there. */
+#include <stdio.h>
+
+#include "surface_cube.h"
 #include "surface_rays.h"
 
 static const char stage[] = "surface";
 static const double agreement = 1e-9; /* of knot intervals */
+
+enum { MAX_NAMED = 12 };
 
 /* Places among 16 Bezier points, u fastest: of corner c; of the face point beside it; of the edge
  * points on side c, near its start and near its end. */
@@ -186,21 +191,81 @@ tsolid_status tsi_star_faces(const tsi_mesh *m, tsi_arena *arena, char **out) {
   return TSOLID_OK;
 }
 
-void tsi_star_rings(const tsi_mesh *m, char *rings) {
-  const tsolid_surface *s = m->surface;
-  for (int v = 0; v < s->n_vertices; v++) {
-    int i = s->vertex_link[v];
-    double least = INFINITY, most = 0.0;
-    if (m->kind[v] != TSI_STAR)
+/* Rings of faces round a star where another rule may give another surface. */
+static int count_rings(const tsolid_surface *s, int vertex) {
+  int i = s->vertex_link[vertex];
+  double least = INFINITY, most = 0.0;
+  do {
+    least = fmin(least, s->interval[s->link[i].edge]);
+    most = fmax(most, s->interval[s->link[i].edge]);
+    i = s->link[s->link[i].prev].opposite;
+  } while (i != s->vertex_link[vertex]);
+  return most - least <= agreement * most ? 1 : 2;
+}
+
+typedef struct star_facts {
+  int vertex, n_edges, n_rings, noted;
+} star_facts;
+
+/* One note for all stars like number k, which is the first such. */
+static void note_alike(const tsi_mesh *m, star_facts *star, int n_stars, int k) {
+  static const char *const numbers[] = {"no", "one", "two", "three", "four", "five", "six"};
+  char names[16 * MAX_NAMED] = "", edges[32];
+  const star_facts like = star[k];
+  int n = 0, last = k;
+  for (int i = k; i < n_stars; i++)
+    if (star[i].n_edges == like.n_edges && star[i].n_rings == like.n_rings) {
+      last = i;
+      n++;
+    }
+  for (int i = k, named = 0; i < n_stars; i++) {
+    if (star[i].n_edges != like.n_edges || star[i].n_rings != like.n_rings)
       continue;
-    do {
-      double interval = s->interval[s->link[i].edge];
-      least = fmin(least, interval);
-      most = fmax(most, interval);
-      i = s->link[s->link[i].prev].opposite;
-    } while (i != s->vertex_link[v]);
-    rings[v] = most - least <= agreement * most ? 1 : 2;
+    star[i].noted = 1;
+    size_t used = strlen(names);
+    if (named < MAX_NAMED)
+      snprintf(names + used, sizeof names - used, "%s%d",
+               named == 0  ? ""
+               : i == last ? " and "
+                           : ", ",
+               m->surface->vertex_record[star[i].vertex]);
+    named++;
   }
+  if (n > MAX_NAMED) {
+    size_t used = strlen(names);
+    snprintf(names + used, sizeof names - used, " and %d more", n - MAX_NAMED);
+  }
+  snprintf(edges, sizeof edges, "%d", like.n_edges);
+  tsolid_finding note = tsi_finding(TSOLID_NOTE, TSOLID_OK, stage);
+  if (n == 1) {
+    note.entity = TSOLID_ENTITY_SURFACE_VERTEX;
+    note.index[0] = m->surface->vertex_record[like.vertex];
+    note.has_point = tsi_surface_vertex_point(m->surface, like.vertex, note.point);
+  }
+  tsi_report(m->context, &note,
+             "Round %s %s (%s edges%s) the surface is the template's, whose edges there have knot "
+             "intervals of zero: it may differ from the modeller's own within %s of faces",
+             n == 1 ? "vertex" : "vertices", names,
+             like.n_edges <= 6 ? numbers[like.n_edges] : edges, n == 1 ? "" : " each",
+             like.n_rings == 1 ? "one ring" : "two rings");
+}
+
+tsolid_status tsi_star_notes(const tsi_mesh *m, tsi_arena *arena) {
+  const tsolid_surface *s = m->surface;
+  int n_stars = 0, n_zero;
+  for (int v = 0; v < s->n_vertices; v++)
+    n_stars += m->kind[v] == TSI_STAR;
+  star_facts *star = tsi_arena_new(arena, (size_t)n_stars, sizeof *star);
+  if (!star)
+    return tsi_no_memory(m->context, stage);
+  n_stars = 0;
+  for (int v = 0; v < s->n_vertices; v++)
+    if (m->kind[v] == TSI_STAR)
+      star[n_stars++] = (star_facts){v, count_edges(s, v, &n_zero), count_rings(s, v), 0};
+  for (int k = 0; k < n_stars; k++)
+    if (!star[k].noted)
+      note_alike(m, star, n_stars, k);
+  return TSOLID_OK;
 }
 
 /* ---- points ------------------------------------------------------------------------------------
