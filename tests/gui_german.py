@@ -8,7 +8,6 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 import FreeCAD as App  # noqa: E402
 import FreeCADGui as Gui  # noqa: E402
-from PySide import QtGui  # noqa: E402
 
 import gui_harness as h  # noqa: E402
 
@@ -28,11 +27,12 @@ def library_missing():
     texts = []
 
     def read(box):
+        assert box.objectName() == "tsolid_library_missing"
         texts.append(box.text() + box.informativeText())
         h.screen("library_missing")
         box.accept()
 
-    with h.answering(QtGui.QMessageBox, "tsolid_library_missing", read):
+    with h.answering(read):
         h.click(h.tool_button("Tsolid_Check"))
     h.pump(0.2)
     assert len(set(texts)) == 1, texts

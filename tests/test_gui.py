@@ -22,7 +22,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 BUILD = os.environ.get("TSOLID_BUILD_DIR", os.path.join(os.path.dirname(HERE), "build"))
 FREECAD = shutil.which("freecad") or shutil.which("FreeCAD")
 REFERENCES = os.path.join(HERE, "gui_pictures")
-SECONDS = 900
+SECONDS = 600
 ALLOWED = 0.02  # mean difference of two pictures, of full white; drivers differ a little
 
 USER_CFG = """<?xml version="1.0" encoding="UTF-8" standalone="no" ?>

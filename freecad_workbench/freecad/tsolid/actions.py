@@ -212,11 +212,12 @@ MODES = ("Solid", "Elements", "T-mesh", "Control net", "Parts")
 COLOURS = ("Scaled Jacobian", "Continuity", "Element size", "Parts")
 
 
-def look_inside(obj, mode=None, colour=None, peel=None, cut=None):
+def look_inside(obj, mode=None, colour=None, peel=None, cut=None, along_blocks=None):
     """Sets how a SolidTSpline is shown. Without a window nothing happens.
 
     mode: one of MODES; colour: one of COLOURS; peel: layers of elements to take off from outside;
-    cut: None, or (axis 0..2, share 0..1): elements beyond that share of the part are hidden.
+    cut: None, or (axis 0..2, share 0..1): what lies beyond that share of the part is hidden;
+    along_blocks: whole elements are taken off instead of being cut by a plane.
     """
     if not document.is_solid_tspline(obj):
         raise ValueError("%s is not a solid T-spline: build one first" % _label(obj))
@@ -232,6 +233,8 @@ def look_inside(obj, mode=None, colour=None, peel=None, cut=None):
     if cut is not None:
         view.CutAxis = "XYZ"[cut[0]]
         view.CutShare = float(cut[1])
+    if along_blocks is not None:
+        view.CutAlongBlocks = bool(along_blocks)
     if mode is not None:
         view.DisplayMode = mode
 

@@ -130,6 +130,10 @@ class InsidePanel(panels.Panel):
         row.addWidget(self.share)
         form.addRow(tr("Peel off layers"), self.peel)
         form.addRow(tr("Cut open across"), row)
+        self.along = panels.narrow(QtGui.QCheckBox(tr("Cut along the blocks")))
+        self.along.setObjectName("along")
+        self.along.toggled.connect(lambda on: self.change(along_blocks=on))
+        form.addRow(self.along)
         self.layout.addLayout(form)
 
     def _slider(self, name, most, moved):
@@ -147,7 +151,7 @@ class InsidePanel(panels.Panel):
     def read(self):
         """The widgets as the object has it."""
         vobj = self.vobj
-        for widget in (self.peel, self.share, self.axis, self.borders):
+        for widget in (self.peel, self.share, self.axis, self.along, self.borders):
             widget.blockSignals(True)
         if self.proxy.look is not None:
             self.peel.setRange(0, self.proxy.look.n_layers - 1)
@@ -155,7 +159,8 @@ class InsidePanel(panels.Panel):
         self.share.setValue(round(100 * vobj.CutShare))
         self.axis.setCurrentIndex("XYZ".index(str(vobj.CutAxis)))
         self.borders.setChecked(vobj.ShowBorders)
-        for widget in (self.peel, self.share, self.axis, self.borders):
+        self.along.setChecked(vobj.CutAlongBlocks)
+        for widget in (self.peel, self.share, self.axis, self.along, self.borders):
             widget.blockSignals(False)
         self.mode.setCurrentIndex(actions.MODES.index(self._mode()))
         self.colour.setCurrentIndex(actions.COLOURS.index(str(vobj.ColourBy)))
@@ -232,7 +237,7 @@ class InsidePanel(panels.Panel):
             return
         picked = node.getPickedPoint()
         if picked is not None:
-            element = self.proxy.scenes.elements.element_of(picked)
+            element = self.proxy.scenes.element_of(picked)
             if element is not None:
                 self.show_facts(element)
 

@@ -516,7 +516,7 @@ class BuildPanel(Panel):
             self.verdict.say(tr(rows.headline_of_report(result.report)), kind)
             groups = rows.of_report(result.report)
             if not self.again:  # what was built is seen at once: coloured, and cut open
-                show = line_of("look_inside", result.object, mode="Elements", cut=(0, 0.5))
+                show = line_of("look_inside", result.object, mode="Elements", cut=(0, 0.45))
                 runner.execute(show)
         else:
             self.verdict.say(tr(rows.headline_of_check(result)), "bad")

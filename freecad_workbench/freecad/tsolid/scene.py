@@ -57,7 +57,9 @@ class ElementScene:
         self.lines = coin.SoIndexedLineSet()
         self.line_switch = coin.SoSwitch()
         self.line_switch.whichChild = coin.SO_SWITCH_ALL
-        self.root = _separator(self.coordinates, self._face_part(), self._line_part())
+        self.clip = coin.SoClipPlane()
+        self.clip.on = False
+        self.root = _separator(self.clip, self.coordinates, self._face_part(), self._line_part())
         self.plain_root = self._plain_faces()
         self.owner = np.zeros(0, int)  # half-face of each quad
 
@@ -103,6 +105,14 @@ class ElementScene:
         fill(self.coordinates.point, look.point)
         fill(self.normals.vector, look.normal)
 
+    def clip_at(self, axis, place):
+        """Only what lies on the low side of a plane is drawn; None: everything."""
+        self.clip.on = place is not None
+        if place is not None:
+            normal = [0.0, 0.0, 0.0]
+            normal[axis] = -1.0
+            self.clip.plane = coin.SbPlane(coin.SbVec3f(*normal), -place)
+
     def set_colours(self, packed):
         fill(self.colours.orderedRGBA, packed)
 
@@ -124,6 +134,67 @@ class ElementScene:
             return None
         face = coin.cast(detail, "SoFaceDetail").getFaceIndex()
         return int(self.owner[face]) // 6 if 0 <= face < len(self.owner) else None
+
+
+class SectionScene:
+    """Where a plane cuts the elements."""
+
+    def __init__(self):
+        self.coordinates, self.ends = coin.SoCoordinate3(), coin.SoCoordinate3()
+        self.colours = coin.SoPackedColor()
+        self.faces = coin.SoFaceSet()
+        self.lines = coin.SoLineSet()
+        self.line_switch = coin.SoSwitch()
+        self.normal = coin.SoNormal()
+        hints = coin.SoShapeHints()
+        hints.vertexOrdering = coin.SoShapeHints.UNKNOWN_ORDERING
+        offset = coin.SoPolygonOffset()
+        offset.factor, offset.units = 1.0, 1.0
+        normal_binding = coin.SoNormalBinding()
+        normal_binding.value = coin.SoNormalBinding.OVERALL
+        colour_binding = coin.SoMaterialBinding()
+        colour_binding.value = coin.SoMaterialBinding.PER_VERTEX
+        pick = coin.SoPickStyle()
+        pick.style = coin.SoPickStyle.UNPICKABLE
+        self.line_switch.addChild(_separator(pick, *_line_style(1.0, LINE), self.ends, self.lines))
+        self.root = _separator(
+            _separator(hints, offset, self.normal, normal_binding, self.coordinates, self.colours,
+                       colour_binding, self.faces),
+            self.line_switch,
+        )
+        self.owner = np.zeros(0, int)  # element of each triangle
+        self.hide()
+
+    def hide(self):
+        self.owner = np.zeros(0, int)
+        fill(self.faces.numVertices, np.zeros(1, np.int32))
+        fill(self.lines.numVertices, np.zeros(1, np.int32))
+
+    def show(self, axis, triangles, packed, owner, segments):
+        if not len(owner):
+            self.hide()
+            return
+        normal = np.zeros((1, 3), np.float32)
+        normal[0, axis] = 1.0
+        fill(self.normal.vector, normal)
+        fill(self.coordinates.point, triangles.reshape(-1, 3).astype(np.float32))
+        fill(self.colours.orderedRGBA, packed)
+        fill(self.faces.numVertices, np.full(len(owner), 3, np.int32))
+        fill(self.ends.point, segments.reshape(-1, 3).astype(np.float32))
+        fill(self.lines.numVertices, np.full(len(segments), 2, np.int32))
+        self.owner = owner
+
+    def show_lines(self, on):
+        self.line_switch.whichChild = coin.SO_SWITCH_ALL if on else coin.SO_SWITCH_NONE
+
+    def element_of(self, picked):
+        detail = picked.getDetail()
+        if detail is None or not detail.isOfType(coin.SoFaceDetail.getClassTypeId()):
+            return None
+        if picked.getPath().getTail() != self.faces:
+            return None
+        face = coin.cast(detail, "SoFaceDetail").getFaceIndex()
+        return int(self.owner[face]) if 0 <= face < len(self.owner) else None
 
 
 class LineScene:

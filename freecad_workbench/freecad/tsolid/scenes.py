@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from . import scene, tessellate
+from . import scene, section, tessellate
 
 ELEMENTS, TMESH, CONTROL, PARTS = "Elements", "T-mesh", "Control net", "Parts"
 
@@ -15,6 +15,8 @@ class Scenes:
         self.lines = scene.LineScene()
         self.points = scene.PointScene()
         self.net = scene.LineScene(1.0)
+        self.section = scene.SectionScene()
+        self.grids = None  # section.Grids, when first cut
         self.mark = scene.MarkScene()
         self.mark.show(None)
         self.tmesh = None  # tessellate.Lines, when first shown
@@ -22,8 +24,8 @@ class Scenes:
         self.by = None
         self.roots = roots
         children = {
-            ELEMENTS: (self.elements.root, self.mark.root),
-            PARTS: (self.elements.root, self.mark.root),
+            ELEMENTS: (self.elements.root, self.section.root, self.mark.root),
+            PARTS: (self.elements.root, self.section.root, self.mark.root),
             TMESH: (self.lines.root,),
             CONTROL: (self.elements.plain_root, self.net.root, self.points.root),
         }
@@ -37,7 +39,29 @@ class Scenes:
             self.elements.set_colours(look.colours(by))
             self.by = by
 
+    def show_lines(self, on):
+        self.elements.show_lines(on)
+        self.section.show_lines(on)
+
+    def element_of(self, picked):
+        """The element of a picked point; None when it is none of these faces."""
+        element = self.elements.element_of(picked)
+        return self.section.element_of(picked) if element is None else element
+
+    def refresh_cut(self, look, deep, axis, share):
+        """The elements in `deep`, cut by a plane."""
+        if self.grids is None:
+            self.grids = section.Grids(look)
+        place = look.low[axis] + share * (look.high[axis] - look.low[axis])
+        self.elements.clip_at(axis, place)
+        self.elements.show(look, deep & self.grids.touches(axis, place))
+        triangles, jacobian, owner, segments = self.grids.cut(deep, axis, place)
+        packed = section.colours(look, self.by, jacobian, owner)
+        self.section.show(axis, triangles, packed, owner, segments)
+
     def refresh(self, look, kept, mode):
+        self.section.hide()
+        self.elements.clip_at(0, None)
         if mode == TMESH:
             self._ensure_tmesh(look)
             self.lines.show(self.tmesh.indices(kept))

@@ -264,7 +264,7 @@ class Look:
         self.part = parts(elements)
         groups = self._groups()
         self.order = orders(elements, self.faces, groups)
-        self.volume = volumes(self._degree_groups(), self.n)
+        self.volume = volumes(self.degree_groups(), self.n)
         corner = np.stack([self._corner(c) for c in range(8)], 1)
         self.corner = corner
         self.centre = corner.mean(1)
@@ -276,7 +276,7 @@ class Look:
 
     # numbers of elements with equal degrees, and their nets
 
-    def _degree_groups(self):
+    def degree_groups(self):
         kinds, which = np.unique(self.elements.degree, axis=0, return_inverse=True)
         which = which.reshape(-1)
         out = []
@@ -287,7 +287,7 @@ class Look:
 
     def _groups(self):
         out = []
-        for members, nets in self._degree_groups():
+        for members, nets in self.degree_groups():
             degree = tuple(self.elements.degree[members[0]])
             for axis, end in itertools.product(range(3), range(2)):
                 out.append(((degree, axis, end), members, nets))
@@ -459,7 +459,7 @@ class Lines:
         on_cell = _on_cell_edges(elements, tmesh)
         points, index, owner, total = [], [], [], 0
         size = EDGE_STEPS + 1
-        for members, nets in look._degree_groups():
+        for members, nets in look.degree_groups():
             for k, edge in enumerate(edges()):
                 some = np.flatnonzero(on_cell[members, k])
                 if not len(some):

@@ -20,6 +20,7 @@ _PROPERTIES = (
     ("App::PropertyInteger", "Peel", "Layers of elements taken off from outside"),
     ("App::PropertyEnumeration", "CutAxis", "Across which axis the solid is cut open"),
     ("App::PropertyFloat", "CutShare", "Elements beyond this share of the part are hidden"),
+    ("App::PropertyBool", "CutAlongBlocks", "Take whole elements off instead of cutting them"),
     ("App::PropertyBool", "ShowBorders", "Draw the borders of the elements"),
 )
 
@@ -107,10 +108,11 @@ class SolidTSplineView:
             return
         if name == "ColourBy":
             self.recolour()
-        elif name in ("Peel", "CutAxis", "CutShare"):
+            self.refresh()
+        elif name in ("Peel", "CutAxis", "CutShare", "CutAlongBlocks"):
             self.refresh()
         elif name == "ShowBorders":
-            self.scenes.elements.show_lines(vobj.ShowBorders)
+            self.scenes.show_lines(vobj.ShowBorders)
 
     def claimChildren(self):
         obj = getattr(self, "obj", None)
@@ -167,7 +169,7 @@ class SolidTSplineView:
         from . import scenes
 
         self.scenes = scenes.Scenes(self.look, self.obj, self.roots)
-        self.scenes.elements.show_lines(self.vobj.ShowBorders)
+        self.scenes.show_lines(self.vobj.ShowBorders)
         self.shown_file = self.look
 
     def show(self):
@@ -184,13 +186,15 @@ class SolidTSplineView:
 
     def refresh(self):
         """One step of a slider."""
-        if self.look is not None and self.scenes is not None:
-            self.scenes.refresh(self.look, self.kept(), self.mode)
-
-    def kept(self):
+        if self.look is None or self.scenes is None:
+            return
         vobj = self.vobj
-        axis = "XYZ".index(str(vobj.CutAxis))
-        return self.look.kept(int(vobj.Peel), axis, float(vobj.CutShare))
+        axis, share = "XYZ".index(str(vobj.CutAxis)), float(vobj.CutShare)
+        if self.mode in (ELEMENTS, PARTS) and share < 1.0 and not vobj.CutAlongBlocks:
+            self.scenes.refresh_cut(self.look, self.look.kept(int(vobj.Peel)), axis, share)
+        else:
+            kept = self.look.kept(int(vobj.Peel), axis, share)
+            self.scenes.refresh(self.look, kept, self.mode)
 
     def mark(self, element):
         """Outlines one element; None: none."""

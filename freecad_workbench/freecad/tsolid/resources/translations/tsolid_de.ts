@@ -254,6 +254,10 @@
    <translation>Als Text kopieren</translation>
   </message>
   <message>
+   <source>Cut along the blocks</source>
+   <translation>Entlang der Blöcke schneiden</translation>
+  </message>
+  <message>
    <source>Cut open across</source>
    <translation>Aufschneiden quer zu</translation>
   </message>
