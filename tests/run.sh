@@ -16,4 +16,4 @@ esac
 
 setup_need build freecad tests
 setup_build || exit 1
-cd "$root/build" && exec ctest --output-on-failure "$@"
+cd "$root/build" && exec ctest -j "$(nproc)" --output-on-failure "$@"
