@@ -449,34 +449,56 @@ class StarTest(SurfaceTest):
         return self.load(tsm_plane.quad_file(points, quads, interval)), vertices, quads, points
 
     def test_tensor_where_no_star_is(self):
-        """In the middle of a side, two faces from its stars, it is the B-spline of its net."""
-        rng = random.Random(3)
-        widths = [[rng.uniform(0.5, 2) for _ in range(7)] for _ in range(3)]
-        surface, vertices, quads, points = self.box((7, 7, 7), widths, rng)
+        """It is the B-spline of its net but for as many rings of faces round stars as the note
+        says: one where the intervals of their edges are equal, else two."""
+        for rings in (1, 2):
+            rng = random.Random(3)
+            widths = [[rng.uniform(0.5, 2) for _ in range(7)] for _ in range(3)]
+            if rings == 1:
+                widths = [[1.0] + w[1:6] + [1.0] for w in widths]
+            self.context.clear()
+            box = self.box((7, 7, 7), widths, rng)
+            worst = self.from_tensor(box, widths, rng)
+            self.assertLess(max(worst[rings:]), 1e-13)
+            if rings == 2:
+                self.assertGreater(worst[1], 1e-5)
+            (note,) = self.context.findings()
+            self.assertEqual(note.severity, binding.Severity.NOTE)
+            named = r"Round vertices( \d+,){6} \d+ and \d+ \(three edges each\)"
+            self.assertRegex(note.text, named)
+            self.assertIn("within %s of faces" % ("one ring", "two rings")[rings - 1], note.text)
+
+    def from_tensor(self, box, widths, rng):
+        """Largest distance from the B-spline, by rings round the nearest star."""
+        surface, vertices, quads, points = box
         at = {v: p for v, p in zip(vertices, points)}
         knots = [[sum(w[:k]) for k in range(8)] for w in widths]
-        checked = 0
+        worst = [0.0] * 4
         for face, quad in enumerate(quads):
             corner = [vertices[k] for k in quad]
             axis = next(d for d in range(3) if len({c[d] for c in corner}) == 1)
             a, b = (d for d in range(3) if d != axis)
             i, j = (min(c[d] for c in corner) for d in (a, b))
-            if not (2 <= i <= 4 and 2 <= j <= 4):
+            if {i, j} <= {0, 6}:
                 continue
             size = surface.face_sizes.tolist()[face]
             u, v = (s * rng.random() for s in size)
             x = [c for c in self.bilinear(corner, knots, u / size[0], v / size[1])]
+            inwards = 1 if corner[0][axis] == 0 else -1
+            beyond = widths[axis][::inwards][:3]
             want = [0.0] * 3
             for k in range(i - 1, i + 3):
                 for m in range(j - 1, j + 3):
                     p = [0, 0, 0]
-                    p[axis], p[a], p[b] = corner[0][axis], k, m
-                    value = self.local(knots[a], k, x[a]) * self.local(knots[b], m, x[b])
+                    p[a], p[b] = min(max(k, 0), 7), min(max(m, 0), 7)
+                    p[axis] = corner[0][axis] + inwards * (abs(p[a] - k) + abs(p[b] - m))
+                    value = self.local(knots[a], k, x[a], beyond)
+                    value *= self.local(knots[b], m, x[b], beyond)
                     want = [w + value * c for w, c in zip(want, at[tuple(p)])]
             got = surface.evaluate(self.context, face, u, v)[0]
-            self.assertLess(distance(got, want), 1e-13)
-            checked += 1
-        self.assertGreater(checked, 50)
+            ring = max(min(k, 6 - k) for k in (i, j))
+            worst[ring] = max(worst[ring], distance(got, want))
+        return worst
 
     @staticmethod
     def bilinear(corner, knots, s, t):
@@ -484,9 +506,11 @@ class StarTest(SurfaceTest):
         return [sum(w * knots[d][c[d]] for w, c in zip(weights, corner)) for d in range(3)]
 
     @staticmethod
-    def local(line, k, x):
-        wide = [line[0] - 2, line[0] - 1] + line + [line[-1] + 1, line[-1] + 2]
-        return bspline(wide[k : k + 5], x)
+    def local(line, k, x, beyond):
+        """beyond: three intervals of the sides across, from the isoline on."""
+        steps = [sum(beyond[:n]) for n in (1, 2, 3)]
+        wide = [line[0] - s for s in steps[::-1]] + line + [line[-1] + s for s in steps]
+        return bspline(wide[k + 1 : k + 6], x)
 
     def test_star_points_by_hand(self):
         """Equal intervals: the star's point is the mean of three face points (4, 2, 2, 1) / 9."""
@@ -591,6 +615,25 @@ class StarTest(SurfaceTest):
                             total[d] += b * c[i + 4 * j] * points[f, d]
             out.append(total)
         return out
+
+    def test_findings_name_vertices(self):
+        """A note about one star, and a refusal that a vertex is the place of."""
+        values = [[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]]
+        boxes = [(0, 1, 0, 1), (1, 2, 0, 1), (0, 1, 1, 2)]
+        text = Mesh(values, boxes).text(lambda p, i, j: (p[0], p[1], p[0] * p[1], 1), ends=False)
+        surface = self.load(text)
+        (note,) = self.context.findings()
+        self.assertEqual(note.entity, binding.Entity.ENTITY_SURFACE_VERTEX)
+        self.assertEqual(note.where, "vertex %d" % note.index[0])
+        self.assertIn("Round vertex %d (four edges)" % note.index[0], note.text)
+        self.assertIn("within one ring", note.text)
+        with self.assertRaises(binding.Refused) as caught:
+            binding.Boundary.from_surface(self.context, surface)
+        (finding,) = caught.exception.findings
+        self.assertEqual(finding.entity, binding.Entity.ENTITY_SURFACE_VERTEX)
+        self.assertEqual(finding.where, "vertex %d" % finding.index[0])
+        corners = [surface.evaluate(self.context, 0, u, v)[0] for u in (0, 1) for v in (0, 1)]
+        self.assertIn(note.point, [tuple(c) for c in corners])
 
     def test_t_junction_too_near_is_refused_by_name(self):
         """A quad cut in two: near a corner it is refused, far from all eight it is taken."""
@@ -711,6 +754,22 @@ class BadTest(SurfaceTest):
         shifted = self.load(slots + "f\ne\nv\nl\n0g\n0m gv -1\n")
         self.assertEqual(shifted.facts(), want.facts())
         check_round_trip(self, shifted)
+
+    def test_zero_bytes(self):
+        """One in a line that is kept as text does not cut off what follows when written."""
+        good = self.good()
+        for word, rest in ((b"units", b" 1 meters"), (b"cap-type", b" 1"), (b"tol", b" 1e-05")):
+            with self.subTest(word):
+                text = good.encode().replace(b"\n" + word + b" ", b"\n" + word + b"\0 ")
+                self.assertIn(b"\0", text)
+                self.load(text).write_tsm(self.context, self.path("out.tsm"))
+                with open(self.path("out.tsm"), "rb") as stream:
+                    written = stream.read()
+                self.assertNotIn(b"\0", written)
+                self.assertIn(b"\n" + word + b" " + rest + b"\n", written)
+                for line in (b"cap-type", b"star-smoothness 0", b"units", b"tol", b"ver 904"):
+                    self.assertIn(b"\n" + line, written)
+                self.load(written)
 
     def test_a_million_records(self):
         """Large and sound, then cyclic: seconds, not minutes."""
