@@ -6,7 +6,9 @@
  * lies inside the other has no larger multiplicity there. Pieces are compared block by block (core,
  * each arm; lateral vectors clipped to the arm). While a pair disagrees in two or more axes, cells
  * are split at the point of the function that lacks a plane of the other, along the lowest axis
- * whose repair needs no zero-interval plane (else the lowest).
+ * that can be repaired. Always the same axis: to avoid zero-interval planes, to cut the fewest
+ * cells or to look at the place first was measured to cut 1.2 to 1.6 times as many cells in the
+ * end, since repairs along different axes disagree again where they meet.
  *
  * Mirror: the partitions that two arms induce on their common diagonal must stay identical; without
  * that the sum stays one and the rank full while functions tear along the diagonals.
@@ -137,12 +139,6 @@ static int agree(const int p[5], const int q[5]) {
   return 1;
 }
 
-static int is_zero_plane(const tsolid_tmesh *t, int axis, int plane) {
-  int high = tsi_high_plane(t, axis);
-  return plane == TSI_LOW_PLANE - 1 || plane == TSI_LOW_PLANE + 1 || plane == high - 1 ||
-         plane == high + 1;
-}
-
 /* Planes of p along an axis that lie inside q and that q lacks; returns their number. */
 static int missing_planes(const tsi_piece *p, const tsi_piece *q, int axis, int plane[5]) {
   const int *kp = p->knot[axis], *kq = q->knot[axis];
@@ -156,23 +152,13 @@ static int missing_planes(const tsi_piece *p, const tsi_piece *q, int axis, int 
 
 /* Asks for the repair of a pair that disagrees in the axes marked. */
 static void repair(closure *c, const tsi_piece *p, const tsi_piece *q, const int disagree[3]) {
-  int best = -1, best_zero = 0;
-  for (int a = 0; a < 3; a++) {
-    int plane[5], zero = 0, n = 0;
-    for (int way = 0; disagree[a] && way < 2; way++) {
-      int m = missing_planes(way ? q : p, way ? p : q, a, plane);
-      n += m;
-      for (int i = 0; i < m; i++)
-        zero |= is_zero_plane(c->tmesh, a, plane[i]);
-    }
-    if (n > 0 && (best < 0 || zero < best_zero)) {
+  int plane[5], best = -1;
+  for (int a = 2; a >= 0; a--)
+    if (disagree[a] && missing_planes(p, q, a, plane) + missing_planes(q, p, a, plane) > 0)
       best = a;
-      best_zero = zero;
-    }
-  }
   for (int way = 0; best >= 0 && way < 2; way++) {
     const tsi_piece *lacks = way ? p : q;
-    int plane[5], m = missing_planes(way ? q : p, lacks, best, plane);
+    int m = missing_planes(way ? q : p, lacks, best, plane);
     for (int i = 0; i < m; i++)
       add_request(
           c, (request){best, plane[i], {lacks->knot[0][2], lacks->knot[1][2], lacks->knot[2][2]}});
