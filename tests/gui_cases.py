@@ -6,6 +6,7 @@ import os
 import shutil
 import sys
 import tempfile
+import threading
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
@@ -277,13 +278,14 @@ def outdated_and_rebuilt():
     obj.Length = 14
     doc.recompute()
     pump(0.1)
-    assert str(made.Status) == "out of date" and "Box" in made.Reason
+    assert str(made.Status) == "out of date" and "Box" in made.Reason == made.Label2
     assert made.ViewObject.Proxy.getIcon().endswith("tsolid_object_old.svg")
     assert abs(made.Shape.Volume - 1000) < 1e-6, "a recompute must not build"
     select(made)
     click(tool_button("Tsolid_Rebuild"))
     until(finished, what="the rebuild")
     assert str(made.Status) == "built" and abs(made.Shape.Volume - 1400) < 1e-6
+    assert not made.Label2
     close_panel()
     doc.undo()
     pump(0.2)
@@ -307,7 +309,7 @@ def rebuild_refused():
     click(tool_button("Tsolid_Rebuild"))
     until(finished, what="the rebuild")
     assert part("verdict").text().startswith("Not as it is")
-    assert str(made.Status) == "failed" and made.Reason
+    assert str(made.Status) == "failed" and made.Reason == made.Label2 != ""
     assert made.ViewObject.Proxy.getIcon().endswith("tsolid_object_failed.svg")
     assert abs(made.Shape.Volume - 6) < 1e-9
 
@@ -619,8 +621,34 @@ def stored_document():
         App.closeDocument(doc.Name)
 
 
+def window_of_the_view():
+    return h.window().findChild(QtGui.QMdiArea).activeSubWindow().widget()
+
+
+def dropped_file():
+    """A file of ours that is dropped on the window is opened."""
+    import freecad.tsolid.files as files
+
+    doc = App.newDocument("Drop")
+    pump(0.2)
+    path = os.path.join(files._examples_folder(), "box.tsb")
+    mime = QtCore.QMimeData()
+    mime.setUrls([QtCore.QUrl.fromLocalFile(path)])
+    place = QtCore.QPoint(400, 200)
+    target = window_of_the_view()
+    for kind in (QtGui.QDragEnterEvent, QtGui.QDropEvent):
+        event = kind(place, QtCore.Qt.CopyAction, mime, QtCore.Qt.LeftButton,
+                     QtCore.Qt.NoModifier)
+        QtGui.QApplication.sendEvent(target, event)
+    until(lambda: any(d.Objects for d in App.listDocuments().values()), 20, "the part")
+    obj = next(d.Objects[0] for d in App.listDocuments().values() if d.Objects)
+    assert len(obj.Shape.Solids) == 1 and doc
+
+
 def no_traces():
-    """After all this: no documents, no temporary files, nothing of ours in the Report view."""
+    """After all this: no documents, no temporary files, no threads, nothing of ours in the Report
+    view."""
+    assert not [t for t in threading.enumerate() if t.name == "tsolid"]
     assert not App.listDocuments()
     left = glob.glob(os.path.join(tempfile.gettempdir(), "tsolid-*"))
     assert not left, left
@@ -638,7 +666,7 @@ CASES = (
     build_and_undo, outdated_and_rebuilt, rebuild_refused, cancel_a_long_build,
     edited_while_building, deleted_while_building, document_closed_while_building, two_documents,
     look_inside, pick_an_element, report_and_export, saved_and_opened, stored_document,
-    no_traces,
+    dropped_file, no_traces,
 )
 
 if os.environ.get("TSOLID_GUI_RESULT"):

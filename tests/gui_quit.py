@@ -22,6 +22,8 @@ def go():
         doc = App.newDocument("X")
         doc.addObject("Part::Box", "Box")
         doc.recompute()
+        doc.saveAs(os.path.join(os.environ["HOME"], "quit.FCStd"))
+        Gui.SendMsgToActiveView("Save")  # nobody is there to be asked about changes
         h.click(h.tool_button("Tsolid_Build"))
         h.choose(h.part("effort", QtGui.QComboBox), 3)
         h.click(h.part("start"))
@@ -32,7 +34,7 @@ def go():
         outcome = repr(error)
     with open(h.RESULT, "w", encoding="utf-8") as stream:
         json.dump({"cases": {"quit": outcome}, "report view": ""}, stream)
-    QtGui.QApplication.quit()
+    QtCore.QTimer.singleShot(0, h.window().close)
 
 
 if os.environ.get("TSOLID_GUI_RESULT"):

@@ -146,7 +146,7 @@ class Window(unittest.TestCase):
         self.assertEqual(outcome["cases"], {"translated": "", "library_missing": ""})
 
     def test_quit_while_building(self):
-        outcome, code, text = self.profile.run([os.path.join(HERE, "gui_quit.py")], 300)
+        outcome, code, text = self.profile.run([os.path.join(HERE, "gui_quit.py")], 120)
         self.assertEqual(outcome and outcome["cases"], {"quit": ""}, text)
         self.assertEqual(code, 0, text)
         self.assertNotIn("SIGSEGV", text)

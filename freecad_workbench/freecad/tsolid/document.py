@@ -196,7 +196,7 @@ def store(obj, result):
     obj.Verdict = ready.verdict
     obj.BuiltOptions = ready.options
     obj.SourceState = ready.state
-    obj.Status, obj.Reason = CURRENT, ""
+    _set_status(obj, CURRENT, "")
     if ready.original is None or not obj.Source.Shape.isEqual(ready.original):
         refresh_status(obj)  # the source may have changed meanwhile
     _show(obj, ready.look)
@@ -257,6 +257,9 @@ def set_failed(obj, reason):
 
 
 def _set_status(obj, status, reason):
+    """The reason is also the tree's description and tool tip, unless the user wrote one."""
+    if obj.Label2 in ("", obj.Reason) and obj.Label2 != reason:
+        obj.Label2 = reason
     if str(obj.Status) != status:
         obj.Status = status
     if obj.Reason != reason:
