@@ -109,7 +109,9 @@ class Part:
         name = getattr(given, "Label", "")
         shape = getattr(given, "Shape", given)
         sources, notes = convert.sources_of_shape(shape, tell)
-        return cls(sources, notes, shape.Solids[0], name)
+        found = [binding.finding(Severity.NOTE, "surface", name, text)
+                 for text in getattr(given, "Notes", ())]  # of imported surfaces: files.py
+        return cls(sources, found + notes, shape.Solids[0], name)
 
     @classmethod
     def of_patches(cls, patches, name=""):

@@ -79,9 +79,17 @@ def _read_tsb(path, doc):
 
 
 def _read_surface(path, doc):
-    """A T-spline surface or Bezier elements: exact B-spline faces."""
+    """A T-spline surface or Bezier elements: exact B-spline faces. What the reader has to say about
+    the surface, as how it is round stars, stays with the object."""
     context = binding.Context()
-    return _add_part(Surface.read(context, path).patches(context), path, doc)
+    obj = _add_part(Surface.read(context, path).patches(context), path, doc)
+    notes = [str(f) for f in context.findings()]
+    if notes:
+        obj.addProperty("App::PropertyStringList", "Notes", "Surface", "What was found on reading")
+        obj.Notes = notes
+        obj.setEditorMode("Notes", 1)
+        FreeCAD.Console.PrintMessage("".join("%s: %s\n" % (obj.Label, n) for n in notes))
+    return obj
 
 
 def _add_part(patches, path, doc):
