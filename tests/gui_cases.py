@@ -131,6 +131,24 @@ def bad_selection():
     select(one)
     says("Tsolid_Report", "is not a solid T-spline")
     assert len(doc.Objects) == 6
+    foreign_panel(one)
+
+
+def foreign_panel(obj):
+    """A task panel of somebody else is left alone."""
+
+    class Foreign:
+        form = QtGui.QLabel("foreign")
+
+    select(obj)
+    Gui.Control.showDialog(Foreign())
+    try:
+        until(lambda: not tool_button("Tsolid_Check").isEnabled(), 10, "the button to go grey")
+        Gui.runCommand("Tsolid_Check", 0)
+        pump(0.2)
+        assert panel() is None and Foreign.form.isVisible()
+    finally:
+        Gui.Control.closeDialog()
 
 
 # ---- check ---------------------------------------------------------------------------------------

@@ -124,9 +124,9 @@ def close_panel():
 
 
 def task_panel_object():
-    from freecad.tsolid import commands
+    from freecad.tsolid import panels
 
-    return commands._current_panel[0]
+    return panels.Panel.current
 
 
 def status_bar():

@@ -109,7 +109,7 @@ static void transfinite(const starter *st, const double cube[3], double x[3]) {
 static void measure_lengths(starter *st) {
   for (int a = 0; a < 3; a++)
     for (int i = 0; i < TABLE * TABLE; i++) {
-      double cube[3], previous[3], x[3], sum = 0.0;
+      double cube[3], previous[3] = {0.0}, x[3], sum = 0.0;
       cube[(a + 1) % 3] = (double)(i % TABLE) / (TABLE - 1);
       cube[(a + 2) % 3] = (double)(i / TABLE) / (TABLE - 1);
       for (int k = 0; k <= PATH; k++) {

@@ -103,17 +103,13 @@ def _open_panel(make):
     """Opens a task panel; one of ours that has nothing to do is closed for it."""
     from . import panels
 
-    old = Gui.Control.activeDialog()
-    if old:
-        current = _current_panel[0] if _current_panel else None
-        if not isinstance(current, panels.Panel) or not current.reject():
+    if Gui.Control.activeDialog():
+        ours = panels.Panel.current
+        if ours is None or not ours.is_open() or not ours.reject():
             raise Unfit(tr("Finish what is open in the task panel first."))
-    _current_panel[:] = [make()]
-    Gui.Control.showDialog(_current_panel[0])
-    return _current_panel[0]
-
-
-_current_panel = []
+    panel = make()
+    Gui.Control.showDialog(panel)
+    return panel
 
 
 def check(obj):

@@ -137,11 +137,13 @@ class Panel:
 
     title = ""
     icon = "tsolid"
+    current = None  # the one that was opened last
 
     def __init__(self, obj):
         self.obj = obj
         self.document = obj.Document.Name
         self.runner = None
+        self.closed = False
         self.form = QtGui.QWidget()
         self.form.setObjectName(type(self).__name__)
         self.form.setWindowTitle(tr(self.title))
@@ -152,6 +154,7 @@ class Panel:
         self.name.setObjectName("name")
         self.name.setToolTip(obj.Label)
         self.layout.addWidget(self.name)
+        Panel.current = self
         self.make()
 
     def getStandardButtons(self):
@@ -184,9 +187,19 @@ class Panel:
         if self.runner is not None and self.runner.running:
             self.cancel()
             return False
-        self.tidy()
-        Gui.Control.closeDialog()
+        self.close()
         return True
+
+    def is_open(self):
+        try:
+            return not self.closed and bool(self.form.objectName())
+        except RuntimeError:  # closed by FreeCAD, and its widgets are gone
+            return False
+
+    def close(self):
+        self.tidy()
+        self.closed = True
+        Gui.Control.closeDialog()
 
     def cancel(self):
         if self.runner is not None:
@@ -377,8 +390,7 @@ class CheckPanel(Panel):
 
     def go_on(self):
         """To the build panel of the same part."""
-        self.tidy()
-        Gui.Control.closeDialog()
+        self.close()
         obj = self.obj
         QtCore.QTimer.singleShot(0, lambda: Gui.Control.showDialog(BuildPanel(obj)))
 
@@ -528,8 +540,7 @@ class BuildPanel(Panel):
 
     def go_on(self, kind):
         obj = self.result.object
-        self.tidy()
-        Gui.Control.closeDialog()
+        self.close()
         QtCore.QTimer.singleShot(0, lambda: Gui.Control.showDialog(kind(obj)))
 
 
