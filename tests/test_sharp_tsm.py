@@ -5,6 +5,7 @@ patches and by Bezier elements, and as an evaluator that is not the library's ha
 results round stars, and what is refused."""
 import os
 import random
+import shutil
 import sys
 import tempfile
 import unittest
@@ -199,6 +200,15 @@ class SharpTest(unittest.TestCase):
         chain = ModelChain("mouse", self.folder.name, "--effort", "none", carrier="tsm")
         self.assertEqual(chain.failures(0.05), [])
         self.assertEqual(chain.text.count("note: Round vertices"), 1)
+
+    @unittest.skipUnless(shutil.which(binding_parts.FREECAD), "FreeCADCmd was not found")
+    def test_freecad_passes_the_note_on(self):
+        self.read(MODELS["mouse"]())
+        (note,) = self.notes()
+        code, text = binding_parts.run_in_freecad("freecad_notes.py", self.path("part.tsm"))
+        self.assertEqual(code, 0, text)
+        self.assertIn("kept: " + note.text, text)
+        self.assertIn("found: " + note.text, text)
 
 
 if __name__ == "__main__":
