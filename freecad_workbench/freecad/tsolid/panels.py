@@ -193,7 +193,7 @@ class Panel:
     def is_open(self):
         try:
             return not self.closed and bool(self.form.objectName())
-        except RuntimeError:  # closed by FreeCAD, and its widgets are gone
+        except (RuntimeError, AttributeError):  # closed by FreeCAD, which takes the form away
             return False
 
     def close(self):
