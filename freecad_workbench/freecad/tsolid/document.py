@@ -231,8 +231,11 @@ def why_outdated(obj):
     """What has changed since the build, in words; "" when nothing has."""
     if not obj.SolidFile:
         return ""
-    if obj.BuiltOptions and json.loads(obj.BuiltOptions) != options_of(obj).as_dict():
-        return "the options have changed since"
+    if obj.BuiltOptions:
+        # options that did not exist when it was built had their defaults
+        built = dict(api.Options().as_dict(), **json.loads(obj.BuiltOptions))
+        if built != options_of(obj).as_dict():
+            return "the options have changed since"
     if obj.Source is None:
         return "the part that it was made of is gone" if obj.SourceState else ""
     if not fingerprint.same(list(obj.SourceState), state_of(obj.Source)):
