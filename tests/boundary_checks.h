@@ -190,4 +190,21 @@ static inline void check_failing_memory(const tsolid_boundary_input *input) {
   check_that(0, "memory ran out for ever", __FILE__, __LINE__);
 }
 
+/* Largest |sum of the functions - 1| over the Bernstein coefficients of all elements. */
+static inline double sum_defect(const tsolid_boundary *boundary) {
+  double worst = 0.0;
+  for (int i = 0; i < 6; i++) {
+    const tsi_side *side = &boundary->side[i];
+    int width = (side->degree[0] + 1) * (side->degree[1] + 1);
+    for (int e = 0; e < side->n_elements; e++)
+      for (int c = 0; c < width; c++) {
+        double sum = 0.0;
+        for (int k = side->function_start[e]; k < side->function_start[e + 1]; k++)
+          sum += side->coefficient[k * width + c];
+        worst = fmax(worst, fabs(sum - 1.0));
+      }
+  }
+  return worst;
+}
+
 #endif

@@ -11,43 +11,13 @@
 #include <zlib.h>
 
 #include "check.h"
+#include "counted_memory.h"
 #include "internal.h"
 #include "tsolid_format.h"
 
 enum { MAX_FILE = 1 << 20 };
 
 static char path_in[80], path_out[80], path_again[80];
-
-/* ---- memory is counted -------------------------------------------------------------------------
- */
-
-typedef struct meter {
-  size_t live, peak, limit;
-} meter;
-
-typedef union header {
-  size_t size;
-  max_align_t align;
-} header;
-
-static void *count_new(void *data, size_t size) {
-  meter *m = data;
-  if (size > m->limit - m->live)
-    return NULL;
-  header *memory = malloc(sizeof *memory + size);
-  if (!memory)
-    return NULL;
-  memory->size = size;
-  m->live += size;
-  m->peak = m->live > m->peak ? m->live : m->peak;
-  return memory + 1;
-}
-
-static void count_delete(void *data, void *memory) {
-  header *h = (header *)memory - 1;
-  ((meter *)data)->live -= h->size;
-  free(h);
-}
 
 /* ---- one file ----------------------------------------------------------------------------------
  */
@@ -72,14 +42,6 @@ static int same_files(const char *a, const char *b) {
   return n > 0 && n == load(b, q) && memcmp(p, q, n) == 0;
 }
 
-static tsolid_context *new_context(meter *m) {
-  tsolid_context *context = NULL;
-  tsolid_context_options options = {
-      .allocate = count_new, .release = count_delete, .allocator_data = m, .n_threads = 1};
-  CHECK(tsolid_context_create(&options, &context) == TSOLID_OK);
-  return context;
-}
-
 /* A refusal names its reason. */
 static int explained(tsolid_context *context, tsolid_status status) {
   int n = tsolid_context_n_findings(context);
@@ -88,8 +50,8 @@ static int explained(tsolid_context *context, tsolid_status status) {
 
 /* Returns whether the file was accepted. */
 static int try_tsb(size_t size) {
-  meter m = {.limit = (size_t)1 << 30};
-  tsolid_context *context = new_context(&m);
+  meter m = {.limit = (size_t)1 << 30, .countdown = -1};
+  tsolid_context *context = new_counted_context(&m);
   tsolid_boundary_file *file, *again = NULL;
   tsolid_boundary *boundary = NULL;
   tsolid_status status = tsolid_read_tsb(context, path_in, &file);
@@ -118,8 +80,8 @@ static int try_tsb(size_t size) {
 }
 
 static int try_tsolid(void) {
-  meter m = {.limit = (size_t)1 << 28};
-  tsolid_context *context = new_context(&m);
+  meter m = {.limit = (size_t)1 << 28, .countdown = -1};
+  tsolid_context *context = new_counted_context(&m);
   tsolid_solid *solid = NULL;
   tsolid_status status = tsolid_read_tsolid(context, path_in, &solid);
   CHECK(!solid == (status != TSOLID_OK) && explained(context, status));

@@ -8,52 +8,12 @@
 #include <unistd.h>
 
 #include "check.h"
+#include "counted_memory.h"
 #include "surface.h"
 
 enum { MAX_FILE = 1 << 16, N_SEEDS = 3 };
 
 static char path_in[80], path_out[80], path_again[80];
-
-/* ---- memory is counted, and fails on demand ----------------------------------------------------
- */
-
-typedef struct meter {
-  size_t live, peak, limit;
-  long countdown; /* allocations that still succeed; < 0: all */
-} meter;
-
-typedef union header {
-  size_t size;
-  max_align_t align;
-} header;
-
-static void *count_new(void *data, size_t size) {
-  meter *m = data;
-  if (m->countdown == 0 || size > m->limit - m->live)
-    return NULL;
-  m->countdown -= m->countdown > 0;
-  header *memory = malloc(sizeof *memory + size);
-  if (!memory)
-    return NULL;
-  memory->size = size;
-  m->live += size;
-  m->peak = m->live > m->peak ? m->live : m->peak;
-  return memory + 1;
-}
-
-static void count_delete(void *data, void *memory) {
-  header *h = (header *)memory - 1;
-  ((meter *)data)->live -= h->size;
-  free(h);
-}
-
-static tsolid_context *new_context(meter *m) {
-  tsolid_context *context = NULL;
-  tsolid_context_options options = {
-      .allocate = count_new, .release = count_delete, .allocator_data = m, .n_threads = 1};
-  CHECK(tsolid_context_create(&options, &context) == TSOLID_OK);
-  return context;
-}
 
 /* ---- files -------------------------------------------------------------------------------------
  */
@@ -132,7 +92,7 @@ static void use_surface(tsolid_context *context, const tsolid_surface *surface) 
 /* Returns whether the file was accepted. */
 static int try_file(const buffer *b) {
   meter m = {.limit = (size_t)1 << 30, .countdown = -1};
-  tsolid_context *context = new_context(&m);
+  tsolid_context *context = new_counted_context(&m);
   tsolid_surface *surface = NULL;
   if (!CHECK(store(path_in, b)))
     return 0;
@@ -154,7 +114,7 @@ static void starve(const buffer *b) {
   CHECK(store(path_in, b));
   for (long n = 0; n < 100000; n++) {
     meter m = {.limit = (size_t)1 << 30, .countdown = -1};
-    tsolid_context *context = new_context(&m);
+    tsolid_context *context = new_counted_context(&m);
     tsolid_surface *surface = NULL;
     tsolid_boundary_file *patches = NULL;
     m.countdown = n;
@@ -165,7 +125,7 @@ static void starve(const buffer *b) {
     if (!status)
       status = tsolid_write_tsm(context, surface, path_out);
     CHECK(status == TSOLID_OK || status == TSOLID_ERROR_MEMORY);
-    int done = m.countdown != 0;
+    int done = m.countdown >= 0;
     tsolid_boundary_file_free(patches);
     tsolid_surface_free(surface);
     tsolid_context_free(context);

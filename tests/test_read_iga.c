@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "check.h"
+#include "counted_memory.h"
 #include "surface_parts.h"
 
 static tsolid_context *context;
@@ -407,37 +408,6 @@ static void test_malformed(void) {
 /* ---- memory and mutations ---------------------------------------------------------------------
  */
 
-typedef struct meter {
-  size_t live, peak;
-  long countdown; /* allocations until one fails; negative: never */
-} meter;
-
-typedef union header {
-  size_t size;
-  max_align_t align;
-} header;
-
-static void *count_new(void *data, size_t size) {
-  meter *m = data;
-  if (m->countdown >= 0 && m->countdown-- == 0)
-    return NULL;
-  if (size > ((size_t)1 << 30) - m->live)
-    return NULL;
-  header *memory = malloc(sizeof *memory + size);
-  if (!memory)
-    return NULL;
-  memory->size = size;
-  m->live += size;
-  m->peak = m->live > m->peak ? m->live : m->peak;
-  return memory + 1;
-}
-
-static void count_delete(void *data, void *memory) {
-  header *h = (header *)memory - 1;
-  ((meter *)data)->live -= h->size;
-  free(h);
-}
-
 /* Everything that a reader of unknown files does with one; returns the reader's status. */
 static tsolid_status try_file(meter *m, size_t size) {
   tsolid_context *own = NULL;
@@ -505,7 +475,7 @@ static void test_every_allocation_fails(void) {
   int n_memory = 0;
   make_sample(1);
   for (long at = 0; at < 1000; at++) {
-    meter m = {.countdown = at};
+    meter m = {.limit = (size_t)1 << 30, .countdown = at};
     tsolid_status status = try_file(&m, 0);
     n_memory += status == TSOLID_ERROR_MEMORY;
     if (m.countdown >= 0)
@@ -555,7 +525,7 @@ static void test_mutations(int count) {
     }
     store(text, size);
     free(text);
-    meter m = {.countdown = -1};
+    meter m = {.limit = (size_t)1 << 30, .countdown = -1};
     n_read += try_file(&m, size) == TSOLID_OK;
   }
   CHECK(n_read > 0 && n_read < count);
@@ -573,7 +543,7 @@ static void test_many(int n) {
   }
   long size = ftell(file);
   fclose(file);
-  meter m = {.countdown = -1};
+  meter m = {.limit = (size_t)1 << 30, .countdown = -1};
   CHECK(try_file(&m, (size_t)size) == TSOLID_OK);
   printf("# %d elements: %ld bytes, peak %zu\n", n * n, size, m.peak);
 }

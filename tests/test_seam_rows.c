@@ -58,23 +58,6 @@ static part make_own_part(const side_spec spec[6]) {
   return p;
 }
 
-/* Every Bernstein coefficient of the sum of the functions. */
-static double sum_defect(const tsolid_boundary *boundary) {
-  double worst = 0.0;
-  for (int i = 0; i < 6; i++) {
-    const tsi_side *side = &boundary->side[i];
-    int width = (side->degree[0] + 1) * (side->degree[1] + 1);
-    for (int e = 0; e < side->n_elements; e++)
-      for (int c = 0; c < width; c++) {
-        double sum = 0.0;
-        for (int k = side->function_start[e]; k < side->function_start[e + 1]; k++)
-          sum += side->coefficient[k * width + c];
-        worst = fmax(worst, fabs(sum - 1.0));
-      }
-  }
-  return worst;
-}
-
 static void check_own_part(tsolid_context *context, const part *p, double allowed) {
   tsolid_boundary *boundary = create(context, p, NULL);
   if (boundary) {

@@ -238,22 +238,6 @@ static double mixture_distance(const mixture *m, const tsolid_boundary *boundary
   return worst / tsolid_boundary_scale(boundary);
 }
 
-static double sum_defect(const tsolid_boundary *boundary) {
-  double worst = 0.0;
-  for (int i = 0; i < 6; i++) {
-    const tsi_side *side = &boundary->side[i];
-    int width = (side->degree[0] + 1) * (side->degree[1] + 1);
-    for (int e = 0; e < side->n_elements; e++)
-      for (int c = 0; c < width; c++) {
-        double sum = 0.0;
-        for (int k = side->function_start[e]; k < side->function_start[e + 1]; k++)
-          sum += side->coefficient[k * width + c];
-        worst = fmax(worst, fabs(sum - 1.0));
-      }
-  }
-  return worst;
-}
-
 /* What the solid's report says of the sums: the input's own defect, and nothing beyond it. */
 static void check_report(tsolid_context *context, const tsolid_boundary *boundary) {
   tsolid_tmesh *tmesh = NULL;
