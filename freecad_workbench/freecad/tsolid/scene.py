@@ -46,8 +46,31 @@ def _separator(*nodes):
     return out
 
 
-class ElementScene:
+class _PickedScene:
+    """Coloured faces with their borders; a picked face tells its element."""
+
+    owners_per_element = 1  # entries of `owner` count so many for each element
+
+    def show_lines(self, on):
+        self.line_switch.whichChild = coin.SO_SWITCH_ALL if on else coin.SO_SWITCH_NONE
+
+    def element_of(self, picked):
+        """The element of a picked point; None when it is none of these faces."""
+        detail = picked.getDetail()
+        if detail is None or not detail.isOfType(coin.SoFaceDetail.getClassTypeId()):
+            return None
+        if picked.getPath().getTail() != self.faces:
+            return None
+        face = coin.cast(detail, "SoFaceDetail").getFaceIndex()
+        if not 0 <= face < len(self.owner):
+            return None
+        return int(self.owner[face]) // self.owners_per_element
+
+
+class ElementScene(_PickedScene):
     """The faces of the kept elements with their borders."""
+
+    owners_per_element = 6  # half-faces
 
     def __init__(self):
         self.coordinates = coin.SoCoordinate3()
@@ -122,21 +145,8 @@ class ElementScene:
         fill(self.faces.coordIndex, quads)
         fill(self.lines.coordIndex, lines)
 
-    def show_lines(self, on):
-        self.line_switch.whichChild = coin.SO_SWITCH_ALL if on else coin.SO_SWITCH_NONE
 
-    def element_of(self, picked):
-        """The element of a picked point; None when it is none of these faces."""
-        detail = picked.getDetail()
-        if detail is None or not detail.isOfType(coin.SoFaceDetail.getClassTypeId()):
-            return None
-        if picked.getPath().getTail() != self.faces:
-            return None
-        face = coin.cast(detail, "SoFaceDetail").getFaceIndex()
-        return int(self.owner[face]) // 6 if 0 <= face < len(self.owner) else None
-
-
-class SectionScene:
+class SectionScene(_PickedScene):
     """Where a plane cuts the elements."""
 
     def __init__(self):
@@ -183,18 +193,6 @@ class SectionScene:
         fill(self.ends.point, segments.reshape(-1, 3).astype(np.float32))
         fill(self.lines.numVertices, np.full(len(segments), 2, np.int32))
         self.owner = owner
-
-    def show_lines(self, on):
-        self.line_switch.whichChild = coin.SO_SWITCH_ALL if on else coin.SO_SWITCH_NONE
-
-    def element_of(self, picked):
-        detail = picked.getDetail()
-        if detail is None or not detail.isOfType(coin.SoFaceDetail.getClassTypeId()):
-            return None
-        if picked.getPath().getTail() != self.faces:
-            return None
-        face = coin.cast(detail, "SoFaceDetail").getFaceIndex()
-        return int(self.owner[face]) if 0 <= face < len(self.owner) else None
 
 
 class LineScene:

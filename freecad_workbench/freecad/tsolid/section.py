@@ -93,21 +93,8 @@ class Grids:
 
 
 def _values(nets):
-    grid = np.linspace(0, 1, SIZE)
-    basis = [picture.bernstein(nets.shape[3 - a] - 1, grid) for a in range(3)]
-
-    def at(derived):
-        b = [basis[a][1 if a == derived else 0] for a in range(3)]
-        step = np.einsum("ekjic,xi->ekjxc", nets, b[0])
-        step = np.einsum("ekjxc,yj->ekyxc", step, b[1])
-        return np.einsum("ekyxc,zk->ezyxc", step, b[2])
-
-    value = at(None)
-    point = value[..., :3] / value[..., 3:]
-    tangent = []
-    for a in range(3):
-        d = at(a)
-        tangent.append(picture.unit_vectors((d[..., :3] - point * d[..., 3:]) / value[..., 3:]))
+    point, tangent = tessellate.points_and_tangents(nets, np.linspace(0, 1, SIZE))
+    tangent = [picture.unit_vectors(t) for t in tangent]
     return point, np.einsum("...i,...i->...", tangent[0], np.cross(tangent[1], tangent[2]))
 
 

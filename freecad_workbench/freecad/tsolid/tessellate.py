@@ -200,26 +200,32 @@ def orders(elements, faces, groups):
 # ---- volume --------------------------------------------------------------------------------------
 
 
+def points_and_tangents(nets, grid):
+    """Points of elements of one degree, and their three derivatives, on grid x grid x grid.
+
+    nets: homogeneous Bezier nets [element, k, j, i, 4]; the results are [element, z, y, x, 3].
+    """
+    basis = [picture.bernstein(nets.shape[3 - a] - 1, grid) for a in range(3)]
+
+    def at(derived):
+        b = [basis[a][1 if a == derived else 0] for a in range(3)]
+        step = np.einsum("ekjic,xi->ekjxc", nets, b[0])
+        step = np.einsum("ekjxc,yj->ekyxc", step, b[1])
+        return np.einsum("ekyxc,zk->ezyxc", step, b[2])
+
+    value = at(None)
+    point = value[..., :3] / value[..., 3:]
+    derivatives = [at(a) for a in range(3)]
+    return point, [(d[..., :3] - point * d[..., 3:]) / value[..., 3:] for d in derivatives]
+
+
 def volumes(groups_by_degree, n):
     """Volume of each element by Gauss quadrature (exact enough to colour by)."""
     out = np.zeros(n)
     x, w = np.polynomial.legendre.leggauss(5)
     x, w = (x + 1) / 2, w / 2
     for members, nets in groups_by_degree:
-        basis = [picture.bernstein(nets.shape[3 - a] - 1, x) for a in range(3)]
-
-        def at(derived):
-            b = [basis[a][1 if a == derived else 0] for a in range(3)]
-            step = np.einsum("ekjic,xi->ekjxc", nets, b[0])
-            step = np.einsum("ekjxc,yj->ekyxc", step, b[1])
-            return np.einsum("ekyxc,zk->ezyxc", step, b[2])
-
-        value = at(None)
-        point = value[..., :3] / value[..., 3:]
-        tangent = []
-        for a in range(3):
-            d = at(a)
-            tangent.append((d[..., :3] - point * d[..., 3:]) / value[..., 3:])
+        _, tangent = points_and_tangents(nets, x)
         det = np.einsum("...i,...i->...", tangent[0], np.cross(tangent[1], tangent[2]))
         out[members] = np.einsum("ezyx,z,y,x->e", det, w, w, w)
     return out
