@@ -200,6 +200,8 @@ class SharpTest(unittest.TestCase):
         chain = ModelChain("mouse", self.folder.name, "--effort", "none", carrier="tsm")
         self.assertEqual(chain.failures(0.05), [])
         self.assertEqual(chain.text.count("note: Round vertices"), 1)
+        noted = [f["text"] for f in chain.report["findings"] if f["severity"] == "note"]
+        self.assertEqual(sum(text.startswith("Round vertices") for text in noted), 1)
 
     @unittest.skipUnless(shutil.which(binding_parts.FREECAD), "FreeCADCmd was not found")
     def test_freecad_passes_the_note_on(self):

@@ -578,7 +578,8 @@ typedef struct tsolid_report_options { /* all zero = default */
 TSOLID_API tsolid_status tsolid_report_measure(tsolid_context *context, const tsolid_solid *solid,
                                                const tsolid_report_options *options,
                                                tsolid_report *report);
-/* The report as one JSON document (resources/report.schema.json), to be freed by tsolid_release. */
+/* The report, and the context's findings, as one JSON document (resources/report.schema.json), to
+ * be freed by tsolid_release. */
 TSOLID_API tsolid_status tsolid_report_json(tsolid_context *context, const tsolid_report *report,
                                             char **json);
 

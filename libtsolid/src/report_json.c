@@ -4,6 +4,7 @@
 #include <cjson/cJSON.h>
 
 #include "file_io.h"
+#include "json_reader.h"
 
 static const char stage[] = "report";
 
@@ -217,10 +218,51 @@ static void put_timing(writer *w, cJSON *o, const tsolid_timing *s) {
   NUMBER(peak_memory_mib);
 }
 
+/* ---- findings ----------------------------------------------------------------------------------
+ */
+
+/* Texts hold names from files: what is no UTF-8 becomes '?'. NULL: no memory. */
+static cJSON *new_text(tsolid_context *context, const char *text) {
+  size_t size = strlen(text) + 1;
+  char *copy = tsi_new(&context->allocator, size, 1);
+  if (!copy)
+    return NULL;
+  memcpy(copy, text, size);
+  for (char *c = copy; *c;) {
+    int length = tsi_utf8_length(c);
+    if (length == 0)
+      *c = '?';
+    c += length ? length : 1;
+  }
+  cJSON *item = cJSON_CreateString(copy);
+  tsi_delete(&context->allocator, copy);
+  return item;
+}
+
+/* What was noted in this context on the way here. Places are named by the texts. */
+static void put_findings(writer *w, cJSON *root, tsolid_context *context) {
+  static const char *const severity[] = {"note", "warning", "error"};
+  cJSON *list = cJSON_AddArrayToObject(root, "findings");
+  if (!list)
+    w->failed = 1;
+  for (int i = 0; i < context->n_findings; i++) {
+    const tsolid_finding *f = &context->finding[i];
+    cJSON *o = cJSON_CreateObject();
+    add_text(w, o, "severity", severity[f->severity]);
+    add_text(w, o, "stage", f->stage ? f->stage : "");
+    add_text(w, o, "where", "");
+    add(w, o, "text", new_text(context, f->text));
+    add(w, o, "point", f->has_point ? new_numbers(w, f->point, 3) : cJSON_CreateNull());
+    add_number(w, o, "measured", f->measured);
+    add_number(w, o, "allowed", f->allowed);
+    append(w, list, o);
+  }
+}
+
 /* ---- driver ------------------------------------------------------------------------------------
  */
 
-static void put_report(writer *w, cJSON *root, tsolid_report *report) {
+static void put_report(writer *w, cJSON *root, tsolid_context *context, tsolid_report *report) {
   add_text(w, root, "format", "tsolid report");
   add_number(w, root, "version", 1);
   put_requirement(w, add_object(w, root, "requirement"), &report->requirement);
@@ -232,6 +274,7 @@ static void put_report(writer *w, cJSON *root, tsolid_report *report) {
   put_certificate(w, add_object(w, root, "certificate"), &report->certificate);
   put_quality(w, add_object(w, root, "quality"), &report->quality);
   put_timing(w, add_object(w, root, "timing"), &report->timing);
+  put_findings(w, root, context);
 }
 
 tsolid_status tsolid_report_json(tsolid_context *context, const tsolid_report *report,
@@ -244,7 +287,7 @@ tsolid_status tsolid_report_json(tsolid_context *context, const tsolid_report *r
     return TSOLID_ERROR_ARGUMENT;
   tsolid_report copy = *report; /* 2-D arrays cannot be passed as const in C11 */
   cJSON *root = cJSON_CreateObject();
-  put_report(&w, root, &copy);
+  put_report(&w, root, context, &copy);
   char *text = w.failed ? NULL : cJSON_Print(root);
   size_t size = text ? strlen(text) + 1 : 0;
   *json = text ? tsi_new(&context->allocator, size, 1) : NULL;
