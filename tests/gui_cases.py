@@ -639,6 +639,61 @@ def stored_document():
         App.closeDocument(doc.Name)
 
 
+def loaded_in_a_thread():
+    """Elements of a large solid in a document that is opened are made beside the window; who cannot
+    wait for them gets them at once; who closes the document meanwhile leaves nothing behind."""
+    made = solid(example("wavy_cube"))
+    doc, name = made.Document, made.Name
+    made.ViewObject.DisplayMode = "Elements"
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "a.FCStd")
+        doc.saveAs(path)
+        App.closeDocument(doc.Name)
+        for hurry in (False, True):
+            doc = App.openDocument(path)
+            proxy = doc.getObject(name).ViewObject.Proxy
+            until(lambda: proxy.loading is not None or proxy.look is not None, 20, "the loading")
+            assert proxy.look is None
+            if hurry:
+                assert proxy.ensure() and proxy.loading is None
+            until(lambda: proxy.look is not None, 60, "the elements")
+            assert len(proxy.scenes.elements.owner) > 0
+            App.closeDocument(doc.Name)
+        doc = App.openDocument(path)
+        proxy = doc.getObject(name).ViewObject.Proxy
+        until(lambda: proxy.loading is not None, 20, "the loading")
+        App.closeDocument(doc.Name)
+        until(lambda: "tsolid" not in [t.name for t in threading.enumerate()], 20, "the thread")
+
+
+def without_write_permission():
+    """A document whose file may not be written any more: the work goes on, saving fails in
+    FreeCAD's own words, and another place is still there."""
+    obj = box()
+    doc = obj.Document
+    with tempfile.TemporaryDirectory() as folder:
+        inner = os.path.join(folder, "inner")
+        os.mkdir(inner)
+        doc.saveAs(os.path.join(inner, "a.FCStd"))
+        shutil.rmtree(inner)
+        with open(inner, "w", encoding="utf-8"):  # a file: not even the super-user may write there
+            pass
+        made = build(obj)
+        close_panel()
+        assert str(made.Status) == "built", made.Reason
+        try:
+            doc.save()
+        except Exception as error:  # FreeCAD's, of which there are several
+            assert str(error)
+        assert os.path.isfile(inner) and str(made.Status) == "built" and made.SolidFile
+        other = os.path.join(folder, "b.FCStd")
+        doc.saveAs(other)
+        App.closeDocument(doc.Name)
+        doc = App.openDocument(other)
+        assert str(doc.getObject("SolidTSpline").Status) == "built"
+        App.closeDocument(doc.Name)
+
+
 def window_of_the_view():
     return h.window().findChild(QtGui.QMdiArea).activeSubWindow().widget()
 
@@ -684,7 +739,7 @@ CASES = (
     build_and_undo, outdated_and_rebuilt, rebuild_refused, cancel_a_long_build,
     edited_while_building, deleted_while_building, document_closed_while_building, two_documents,
     look_inside, pick_an_element, report_and_export, saved_and_opened, stored_document,
-    dropped_file, no_traces,
+    loaded_in_a_thread, without_write_permission, dropped_file, no_traces,
 )
 
 if os.environ.get("TSOLID_GUI_RESULT"):

@@ -211,6 +211,7 @@ class SharpTest(unittest.TestCase):
         self.assertEqual(code, 0, text)
         self.assertIn("kept: " + note.text, text)
         self.assertIn("found: " + note.text, text)
+        self.assertIn("by a button: " + note.text, text)
 
 
 if __name__ == "__main__":

@@ -40,6 +40,7 @@ class Job:
         self.name = _label(source)
         self.original = source.Shape
         self.shape = source.Shape.copy()
+        self.notes = api.notes_of(source)
         self.result = None
 
     def run(self, progress=None):
@@ -65,6 +66,7 @@ class Job:
             kind = api.CheckResult if work is api.check else api.BuildResult
             return kind(self.name, error.findings, {})
         part.name = self.name
+        part.notes = self.notes + part.notes
         return work(part, self.options, progress)
 
     @staticmethod

@@ -89,6 +89,13 @@ def options_from(options, keywords):
 # ---- what comes in ---------------------------------------------------------------------------
 
 
+def notes_of(given):
+    """What was found when a document object's surface was read: see files.py."""
+    name = getattr(given, "Label", "")
+    texts = getattr(given, "Notes", ())
+    return [binding.finding(Severity.NOTE, "surface", name, text) for text in texts]
+
+
 class Part:
     """The faces of one part, as sources that can be measured, and notes on their conversion."""
 
@@ -109,9 +116,7 @@ class Part:
         name = getattr(given, "Label", "")
         shape = getattr(given, "Shape", given)
         sources, notes = convert.sources_of_shape(shape, tell)
-        found = [binding.finding(Severity.NOTE, "surface", name, text)
-                 for text in getattr(given, "Notes", ())]  # of imported surfaces: files.py
-        return cls(sources, found + notes, shape.Solids[0], name)
+        return cls(sources, notes_of(given) + notes, shape.Solids[0], name)
 
     @classmethod
     def of_patches(cls, patches, name=""):

@@ -40,22 +40,19 @@ def say(text):
     Gui.getMainWindow().statusBar().showMessage(text, 10000)
 
 
-class Runner(QtCore.QObject):
-    """One job. on_progress(stage, overall, remaining), on_end(state, result, sentence) are called
-    on the main thread; longest is the longest time that this held it, in seconds, without what
-    FreeCAD itself needs to draw a new shape."""
+class Work(QtCore.QObject):
+    """A function of progress that runs in a thread for a document object, and the timer that looks
+    after it on the main thread."""
 
-    def __init__(self, job, line, on_progress, on_end):
+    def __init__(self, function, given):
         super().__init__()
-        self.job, self.line = job, line
-        self.on_progress, self.on_end = on_progress, on_end
-        self.document = job.given.Document.Name
-        self.longest = self.longest_cpu = 0.0
+        self.given = given
+        self.document = given.Document.Name
         self.lost = ""
         self.timer = QtCore.QTimer()
         self.timer.setInterval(POLL)
         self.timer.timeout.connect(self._look)
-        self.task = task.Task(job.run)
+        self.task = task.Task(function)
 
     def start(self):
         _running.append(self)
@@ -77,17 +74,62 @@ class Runner(QtCore.QObject):
         self.task.cancel()
 
     def _look(self):
-        start, cpu = time.perf_counter(), time.thread_time()
         if self.task.running:
-            stage, _, overall = self.task.snapshot()
-            try:
-                self.on_progress(stage, overall, self.task.remaining())
-            except RuntimeError:  # whoever wanted to see it has been closed
-                self.task.cancel()
+            self._go_on()
         else:
             self.timer.stop()
             _running.remove(self)
             self._end()
+
+    def _go_on(self):
+        pass
+
+    def _end(self):
+        raise NotImplementedError
+
+
+class Loading(Work):
+    """Work that nobody waits for: take(result) is called when it is done, tell(error) when not."""
+
+    def __init__(self, function, given, take, tell):
+        super().__init__(function, given)
+        self.take, self.tell = take, tell
+
+    def drop(self):
+        """Nobody wants it any more."""
+        self.lost = self.lost or "dropped"
+        self.cancel()
+
+    def finish(self):
+        """Somebody wants it now: waits."""
+        self.task.join()
+        self._look()
+
+    def _look(self):
+        if self.running:
+            super()._look()
+
+    def _end(self):
+        if self.task.state == "done" and not self.lost:
+            self.take(self.task.result)
+        elif self.task.state == "failed" and not self.lost:
+            self.tell(self.task.error)
+
+
+class Runner(Work):
+    """One job. on_progress(stage, overall, remaining), on_end(state, result, sentence) are called
+    on the main thread; longest is the longest time that this held it, in seconds, without what
+    FreeCAD itself needs to draw a new shape."""
+
+    def __init__(self, job, line, on_progress, on_end):
+        super().__init__(job.run, job.given)
+        self.job, self.line = job, line
+        self.on_progress, self.on_end = on_progress, on_end
+        self.longest = self.longest_cpu = 0.0
+
+    def _look(self):
+        start, cpu = time.perf_counter(), time.thread_time()
+        super()._look()
         spent, cpu = time.perf_counter() - start, time.thread_time() - cpu
         ready = getattr(self.job.result, "prepared", None)
         if not self.running and ready is not None:
@@ -95,6 +137,13 @@ class Runner(QtCore.QObject):
             cpu -= ready.shown_in_cpu
         self.longest = max(self.longest, spent)
         self.longest_cpu = max(self.longest_cpu, cpu)
+
+    def _go_on(self):
+        stage, _, overall = self.task.snapshot()
+        try:
+            self.on_progress(stage, overall, self.task.remaining())
+        except RuntimeError:  # whoever wanted to see it has been closed
+            self.task.cancel()
 
     def _end(self):
         if self.lost:
@@ -135,7 +184,7 @@ class _Observer:
 
     def slotDeletedObject(self, obj):
         for runner in list(_running):
-            if runner.job.given is obj:
+            if runner.given is obj:
                 runner.lose(tr("The part was deleted: the work on it was stopped."))
 
 

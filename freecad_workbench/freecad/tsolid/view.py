@@ -9,7 +9,7 @@ import contextlib
 import FreeCAD
 import FreeCADGui as Gui
 
-from . import actions, binding, document, places
+from . import actions, api, binding, document, places
 
 SOLID, ELEMENTS, TMESH, CONTROL, PARTS = actions.MODES
 _OWN = (ELEMENTS, TMESH, CONTROL, PARTS)
@@ -41,6 +41,7 @@ class SolidTSplineView:
 
     def _start(self):
         self.look = None  # a tessellate.Look of the stored solid
+        self.loading = None  # a runner.Loading that makes it
         self.shown_file = None
         self.scenes = None
         self.mode = SOLID
@@ -97,7 +98,7 @@ class SolidTSplineView:
 
     def updateData(self, obj, name):
         if name == "SolidFile":
-            self.look = None
+            self._forget()
             if self.mode in _OWN:
                 self._soon()
         elif name in ("Status", "Verdict", "Reason"):
@@ -150,17 +151,28 @@ class SolidTSplineView:
 
     def take(self, look):
         """A Look that a build has made ready, of the solid that the object holds now."""
+        self._forget()
         self.look = look
         self.shown_file = None
         if self.mode in _OWN:
             self.show()
 
+    def _forget(self):
+        """What was made of another solid, or is about to be."""
+        self.look = None
+        if self.loading is not None:
+            self.loading.drop()
+            self.loading = None
+
     def ensure(self):
         """The look and its nodes, made now when there are none; False before the first build."""
         if self.look is None:
             with wait_cursor():
-                self.look = look_of(document.solid_of(self.obj))
-            self.shown_file = None
+                if self.loading is not None:
+                    self.loading.finish()
+                else:
+                    self.look = look_of(document.solid_of(self.obj))
+                    self.shown_file = None
         if self.look is not None and self.shown_file is not self.look:
             self._make_scenes()
         return self.look is not None
@@ -210,12 +222,48 @@ class SolidTSplineView:
 
     def _now(self):
         try:
-            if self.mode in _OWN and self.obj.SolidFile:
+            if self.mode not in _OWN or not self.obj.SolidFile:
+                return
+            if self.look is not None:
                 self.show()
+            elif self.loading is None:
+                self._load()
         except ReferenceError:  # the object was deleted meanwhile
             pass
-        except (binding.TsolidError, binding.LibraryError, ImportError) as error:
-            FreeCAD.Console.PrintWarning("tsolid: the elements cannot be shown: %s\n" % error)
+        except (OSError,) + _FAILURES as error:
+            _warn(error)
+
+    def _load(self):
+        """Makes the look in a thread: opening a document with a large solid does not wait."""
+        from . import runner
+
+        data = document.tsolid_of(self.obj)
+
+        def work(progress):
+            return look_of(api.read_tsolid(binding.Context(progress), data), progress)
+
+        self.loading = runner.Loading(work, self.obj, self._loaded, self._not_loaded).start()
+
+    def _loaded(self, look):
+        self.loading = None
+        try:
+            if self.look is None:
+                self.take(look)
+        except ReferenceError:  # the object was deleted meanwhile
+            pass
+        except _FAILURES as error:
+            _warn(error)
+
+    def _not_loaded(self, error):
+        self.loading = None
+        _warn(error)
+
+
+_FAILURES = (binding.TsolidError, binding.LibraryError, ImportError)
+
+
+def _warn(error):
+    FreeCAD.Console.PrintWarning("tsolid: the elements cannot be shown: %s\n" % error)
 
 
 @contextlib.contextmanager
