@@ -124,7 +124,7 @@ class UsageTest(CommandTest):
         self.check_fails("Unknown option '-x'", "build", "-x", "a")
         self.check_fails("-o needs a value", "build", "a.tsb", "-o")
         self.check_fails("-o OUT.tsolid is missing", "build", example("box"))
-        self.check_fails("--vtu, --bext, --tmesh or --inp FILE is missing", "export", "a.tsolid")
+        self.check_fails("--inp FILE or --matrices FOLDER is missing", "export", "a.tsolid")
         self.check_fails("whole number", "build", "a", "-o", "b", "--threads", "two")
         self.check_fails("from 0 to 256", "build", "a", "-o", "b", "--threads=-1")
         self.check_fails("from 0 to 6", "build", "a", "-o", "b", "--refine-knots", "7")

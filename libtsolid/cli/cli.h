@@ -3,6 +3,8 @@
 #ifndef TSOLID_CLI_H
 #define TSOLID_CLI_H
 
+#include <stdio.h>
+
 #include "tsolid.h"
 
 /* Exit codes; after a signal 128 + its number. */
@@ -20,12 +22,19 @@ int cli_convert(int argc, char **argv);
 /* ---- options -----------------------------------------------------------------------------------
  */
 
-typedef enum cli_kind { CLI_TEXT, CLI_COUNT, CLI_NUMBER, CLI_CHOICE, CLI_FLAG } cli_kind;
+typedef enum cli_kind {
+  CLI_TEXT,
+  CLI_COUNT,
+  CLI_NUMBER, /* positive */
+  CLI_REAL,   /* any */
+  CLI_CHOICE,
+  CLI_FLAG
+} cli_kind;
 
 typedef struct cli_option {
   const char *name; /* "--threads"; NULL ends a table */
   cli_kind kind;
-  void *value;               /* const char *, int, double, int, int (1: given) */
+  void *value;               /* const char *, int, double, double, int, int (1: given) */
   int low, high;             /* of a count */
   const char *const *choice; /* names, NULL ends them; the value is the index */
 } cli_option;
@@ -87,6 +96,60 @@ int cli_targets_open(cli_target *target, const char *const *path, int n, const c
 /* Renames all staged files to their targets, or removes them. Returns 0 after an error. */
 int cli_targets_commit(cli_target *target, int n);
 void cli_targets_discard(cli_target *target, int n);
+
+/* ---- output folders: all of their files or none ------------------------------------------------
+ */
+
+enum { CLI_NAME_SIZE = 128 };
+
+typedef struct cli_folder {
+  const char *path;           /* as given */
+  char staged[CLI_PATH_SIZE]; /* a folder beside it */
+  char file[CLI_PATH_SIZE];
+  char (*name)[CLI_NAME_SIZE];
+  int n, capacity;
+} cli_folder;
+
+/* Makes the staged folder; the one asked for may be there, other files in it stay. Returns 0 after
+ * an error. To be closed in any case. */
+int cli_folder_open(cli_folder *folder, const char *path);
+/* The path to write the file `name` under, until the next call; NULL after an error. */
+const char *cli_folder_file(cli_folder *folder, const char *name);
+/* The whole of an open file as `name`; 0 after an error. */
+int cli_folder_copy(cli_folder *folder, const char *name, FILE *from);
+/* Moves all files, in the order they were named. Returns 0 after an error. */
+int cli_folder_commit(cli_folder *folder);
+/* Removes what was not moved. */
+void cli_folder_close(cli_folder *folder);
+
+/* ---- parts of the boundary with names ----------------------------------------------------------
+ */
+
+typedef struct cli_regions {
+  int n;
+  tsolid_region *region;
+} cli_regions;
+
+/* From a file, or the six sides for NULL; 0 after an error. To be freed in any case. */
+int cli_regions_read(cli_regions *regions, const char *path);
+void cli_regions_free(cli_regions *regions);
+
+/* ---- matrices ----------------------------------------------------------------------------------
+ */
+
+typedef struct cli_matrices {
+  int kinds;  /* bits 1 << tsolid_matrix_kind */
+  int format; /* 0: MatrixMarket, 1: PETSc, 2: both */
+  tsolid_material material;
+  cli_regions regions;
+  int proved; /* goes into the index */
+} cli_matrices;
+
+/* Sets kinds from "mass,laplace" or, for NULL, from what there is a material for; 0 after an error.
+ */
+int cli_matrices_kinds(cli_matrices *job, const char *text);
+tsolid_status cli_matrices_write(const cli_matrices *job, tsolid_context *context,
+                                 const tsolid_solid *solid, cli_folder *folder);
 
 /* ---- facts -------------------------------------------------------------------------------------
  */

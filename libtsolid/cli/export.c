@@ -7,6 +7,7 @@
 static const char help[] =
     "tsolid export IN.tsolid [--vtu FILE] [--bext FILE] [--tmesh FILE] [--inp FILE [mesh "
     "options]]\n"
+    "                        [--matrices FOLDER [matrix options]]\n"
     "\n"
     "  --vtu FILE         rational Bezier hexahedra for VTK and ParaView, with the block and the\n"
     "                     scaled Jacobian of every element\n"
@@ -16,6 +17,12 @@ static const char help[] =
     "  --inp FILE         conforming hexahedra for CalculiX and Abaqus, with node sets and "
     "surfaces\n"
     "                     x_low, x_high, y_low, ... for the six sides\n"
+    "  --matrices FOLDER  mass, Laplace and elasticity matrices, loads and Dirichlet sets of the\n"
+    "                     faces; index.json there tells what is what and how it is numbered\n"
+    "\n"
+    "  --regions FILE     named parts of the boundary instead of the six sides, one a line:\n"
+    "                     NAME SIDE S0 S1 T0 T1, with x_low ... z_high for SIDE\n"
+    "  --force            also from a solid that is not proved valid; the file then says so\n"
     "\n"
     "Mesh options:\n"
     "  --size H           wanted edge length (default: a twentieth of the part's diagonal)\n"
@@ -24,14 +31,20 @@ static const char help[] =
     "                     the layers; 0: from the size\n"
     "  --grading G        thickness of the outermost layer over the innermost (default 1)\n"
     "  --max-elements N   refuse to make more (default 2000000)\n"
-    "  --force            also from a solid that is not proved valid; the file then says so\n";
+    "\n"
+    "Matrix options:\n"
+    "  --young E, --poisson NU  the material (NU: default 0)\n"
+    "  --kinds LIST       of mass,laplace,elasticity (default: all; elasticity with --young only)\n"
+    "  --format F         market (default), petsc or both\n";
 
 enum { TARGET_VTU, TARGET_BEXT, TARGET_TMESH, TARGET_INP, N_TARGETS };
 
 typedef struct job {
-  const char *input, *path[N_TARGETS], *divisions;
+  const char *input, *path[N_TARGETS], *divisions, *regions, *matrices, *kinds;
   tsolid_hex_options hex;
+  cli_matrices matrix;
   cli_target target[N_TARGETS];
+  cli_folder folder;
   tsolid_context *context;
   tsolid_solid *solid;
 } job;
@@ -65,6 +78,27 @@ static tsolid_status write_mesh(job *j) {
   return status;
 }
 
+/* Whether det J > 0 is proved; refuses if not, unless forced. */
+static tsolid_status prove(job *j) {
+  tsolid_certificate certificate;
+  tsolid_status status = tsolid_certify(j->context, j->solid, NULL, &certificate, NULL);
+  j->matrix.proved = certificate.verdict == TSOLID_POSITIVE;
+  if (status || j->matrix.proved || j->hex.allow_unproved)
+    return status;
+  cli_error("The solid is not proved valid: det J > 0 is %s near (%g, %g, %g); --force writes it "
+            "all the same",
+            certificate.verdict == TSOLID_NOT_POSITIVE ? "false" : "undecided",
+            certificate.point[0], certificate.point[1], certificate.point[2]);
+  return TSOLID_ERROR_REFUSED;
+}
+
+static tsolid_status write_matrices(job *j) {
+  tsolid_status status = prove(j);
+  if (!status && !cli_folder_open(&j->folder, j->matrices))
+    status = TSOLID_ERROR_IO;
+  return status ? status : cli_matrices_write(&j->matrix, j->context, j->solid, &j->folder);
+}
+
 static tsolid_status write_all(job *j) {
   tsolid_status status = tsolid_read_tsolid(j->context, j->input, &j->solid);
   if (status == TSOLID_OK && j->path[TARGET_VTU])
@@ -76,39 +110,68 @@ static tsolid_status write_all(job *j) {
         tsolid_write_svg(j->context, tsolid_solid_space(j->solid), j->target[TARGET_TMESH].staged);
   if (status == TSOLID_OK && j->path[TARGET_INP])
     status = write_mesh(j);
+  if (status == TSOLID_OK && j->matrices)
+    status = write_matrices(j);
   if (status == TSOLID_OK && cli_interrupted())
     status = TSOLID_ERROR_CANCELLED;
   if (status == TSOLID_OK && !cli_targets_commit(j->target, N_TARGETS))
+    status = TSOLID_ERROR_IO;
+  if (status == TSOLID_OK && j->matrices && !cli_folder_commit(&j->folder))
     status = TSOLID_ERROR_IO;
   cli_targets_discard(j->target, N_TARGETS);
   return status;
 }
 
+/* What can be said before the solid is read; 0 after an error. */
+static int prepare(job *j) {
+  int any = j->matrices != NULL;
+  for (int k = 0; k < N_TARGETS; k++)
+    any = any || j->path[k];
+  if (!any) {
+    cli_error("Where to? --vtu, --bext, --tmesh, --inp FILE or --matrices FOLDER is missing");
+    return 0;
+  }
+  if (j->matrices && !cli_matrices_kinds(&j->matrix, j->kinds))
+    return 0;
+  if (!parse_divisions(j) || !cli_regions_read(&j->matrix.regions, j->regions))
+    return 0;
+  j->hex.n_regions = j->regions ? j->matrix.regions.n : 0;
+  j->hex.regions = j->matrix.regions.region;
+  return cli_targets_open(j->target, j->path, N_TARGETS, j->input);
+}
+
 int cli_export(int argc, char **argv) {
+  static const char *const formats[] = {"market", "petsc", "both", NULL};
   job j = {.hex = {.order = 1}};
   const cli_option table[] = {
       {"--vtu", CLI_TEXT, &j.path[TARGET_VTU], 0, 0, NULL},
       {"--bext", CLI_TEXT, &j.path[TARGET_BEXT], 0, 0, NULL},
       {"--tmesh", CLI_TEXT, &j.path[TARGET_TMESH], 0, 0, NULL},
       {"--inp", CLI_TEXT, &j.path[TARGET_INP], 0, 0, NULL},
+      {"--matrices", CLI_TEXT, &j.matrices, 0, 0, NULL},
+      {"--regions", CLI_TEXT, &j.regions, 0, 0, NULL},
       {"--size", CLI_NUMBER, &j.hex.size, 0, 0, NULL},
       {"--order", CLI_COUNT, &j.hex.order, 1, 2, NULL},
       {"--divisions", CLI_TEXT, &j.divisions, 0, 0, NULL},
       {"--grading", CLI_NUMBER, &j.hex.grading, 0, 0, NULL},
       {"--max-elements", CLI_COUNT, &j.hex.max_elements, 1, 100000000, NULL},
+      {"--young", CLI_NUMBER, &j.matrix.material.young, 0, 0, NULL},
+      {"--poisson", CLI_REAL, &j.matrix.material.poisson, 0, 0, NULL},
+      {"--kinds", CLI_TEXT, &j.kinds, 0, 0, NULL},
+      {"--format", CLI_CHOICE, &j.matrix.format, 0, 0, formats},
       {"--force", CLI_FLAG, &j.hex.allow_unproved, 0, 0, NULL},
       {NULL, CLI_TEXT, NULL, 0, 0, NULL}};
   int code = cli_parse(argc, argv, help, table, &j.input);
   if (code >= 0)
     return code;
-  if (!j.path[TARGET_VTU] && !j.path[TARGET_BEXT] && !j.path[TARGET_TMESH] && !j.path[TARGET_INP])
-    return cli_error("Where to? --vtu, --bext, --tmesh or --inp FILE is missing");
-  if (!parse_divisions(&j) || !cli_targets_open(j.target, j.path, N_TARGETS, j.input))
+  j.context = prepare(&j) ? cli_open(0) : NULL;
+  if (!j.context) {
+    cli_regions_free(&j.matrix.regions);
     return CLI_FAILED;
-  j.context = cli_open(0);
-  if (!j.context)
-    return CLI_FAILED;
+  }
   tsolid_status status = write_all(&j);
+  cli_folder_close(&j.folder);
+  cli_regions_free(&j.matrix.regions);
   tsolid_solid_free(j.solid);
   return cli_close(j.context, status, CLI_PROVED);
 }

@@ -25,8 +25,9 @@ static int store_count(const cli_option *option, const char *text) {
 static int store_number(const cli_option *option, const char *text) {
   char *end;
   double value = strtod(text, &end);
-  if (end == text || *end || !isfinite(value) || value <= 0) {
-    cli_error("%s takes a positive number, not '%s'", option->name, text);
+  int positive = option->kind == CLI_NUMBER;
+  if (end == text || *end || !isfinite(value) || (positive && value <= 0)) {
+    cli_error("%s takes a %snumber, not '%s'", option->name, positive ? "positive " : "", text);
     return 0;
   }
   *(double *)option->value = value;
@@ -51,6 +52,7 @@ static int store(const cli_option *option, const char *text) {
   case CLI_COUNT:
     return store_count(option, text);
   case CLI_NUMBER:
+  case CLI_REAL:
     return store_number(option, text);
   case CLI_CHOICE:
     return store_choice(option, text);

@@ -736,6 +736,14 @@ TSOLID_API void tsolid_matrix_get(const tsolid_matrix *matrix, tsolid_matrix_vie
 TSOLID_API tsolid_status tsolid_face_load(tsolid_context *context, const tsolid_solid *solid,
                                           const tsolid_region *region, double *load);
 
+/* The Dirichlet set of a region: the functions of the boundary layer that do not vanish on it,
+ * ascending. On the region the solution is sum of c_A R_A over these alone; c_A = f(P_A), P_A the
+ * Euclidean control points, gives a linear f exactly, anything else takes a projection. *n receives
+ * their number; function may be NULL, else it has room for `capacity` numbers. */
+TSOLID_API tsolid_status tsolid_face_functions(tsolid_context *context, const tsolid_solid *solid,
+                                               const tsolid_region *region, int capacity, int *n,
+                                               int *function);
+
 /* MatrixMarket (coordinate, symmetric: the lower triangle, counted from 1) and PETSc's binary form
  * (MATAIJ, all entries; 32 bit indices). A vector: n numbers, as a dense array or as Vec. */
 TSOLID_API tsolid_status tsolid_write_matrix_market(tsolid_context *context,
@@ -746,6 +754,17 @@ TSOLID_API tsolid_status tsolid_write_vector_market(tsolid_context *context, int
                                                     const double *value, const char *path);
 TSOLID_API tsolid_status tsolid_write_vector_petsc(tsolid_context *context, int n,
                                                    const double *value, const char *path);
+/* A dense MatrixMarket table; `value` holds it row by row (the file, column by column). */
+TSOLID_API tsolid_status tsolid_write_table_market(tsolid_context *context, int n_rows,
+                                                   int n_columns, const double *value,
+                                                   const char *path);
+/* A set of indices, counted from 0, in PETSc's binary form (IS). */
+TSOLID_API tsolid_status tsolid_write_set_petsc(tsolid_context *context, int n, const int *index,
+                                                const char *path);
+/* Such a table, or a PETSc vector (one column): *value, row by row, to be freed by tsolid_release.
+ */
+TSOLID_API tsolid_status tsolid_read_table(tsolid_context *context, const char *path, int *n_rows,
+                                           int *n_columns, double **value);
 
 #ifdef __cplusplus
 }

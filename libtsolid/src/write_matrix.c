@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
  * Matrices and vectors as files: MatrixMarket text, and PETSc's binary form, which is big-endian:
- * class id, rows, columns, non-zeros; entries per row; columns from 0; values. */
+ * class id, rows, columns, non-zeros; entries per row; columns from 0; values. A vector: class id,
+ * length, values; a set of indices: class id, length, indices from 0. */
 #include "file_io.h"
 #include "matrix.h"
 
 static const char stage[] = "export";
 
-enum { MATRIX_CLASS = 1211216, VECTOR_CLASS = 1211214, PROGRESS_ROWS = 1024 };
+enum { MATRIX_CLASS = 1211216, VECTOR_CLASS = 1211214, SET_CLASS = 1211218, PROGRESS_ROWS = 1024 };
 
 static void put_big(tsi_output *out, uint64_t value, int size) {
   unsigned char bytes[8];
@@ -107,21 +108,29 @@ tsolid_status tsolid_write_petsc(tsolid_context *context, const tsolid_matrix *m
   return tsi_output_close(&out, status);
 }
 
-tsolid_status tsolid_write_vector_market(tsolid_context *context, int n, const double *value,
-                                         const char *path) {
+tsolid_status tsolid_write_table_market(tsolid_context *context, int n_rows, int n_columns,
+                                        const double *value, const char *path) {
   tsi_output out;
-  if (!context || n < 0 || !value || !path)
+  if (!context || n_rows < 0 || n_columns < 0 || !value || !path)
     return TSOLID_ERROR_ARGUMENT;
   if (tsi_output_open(&out, context, stage, path) == TSOLID_OK) {
     tsi_output_text(&out, "%%MatrixMarket matrix array real general\n");
-    tsi_output_integer(&out, n);
-    tsi_output_text(&out, " 1\n");
-    for (int k = 0; k < n && out.status == TSOLID_OK; k++) {
-      tsi_output_number(&out, value[k]);
-      tsi_output_text(&out, "\n");
-    }
+    tsi_output_integer(&out, n_rows);
+    tsi_output_text(&out, " ");
+    tsi_output_integer(&out, n_columns);
+    tsi_output_text(&out, "\n");
+    for (int j = 0; j < n_columns; j++)
+      for (int i = 0; i < n_rows && out.status == TSOLID_OK; i++) {
+        tsi_output_number(&out, value[(size_t)i * (size_t)n_columns + (size_t)j]);
+        tsi_output_text(&out, "\n");
+      }
   }
   return tsi_output_close(&out, TSOLID_OK);
+}
+
+tsolid_status tsolid_write_vector_market(tsolid_context *context, int n, const double *value,
+                                         const char *path) {
+  return tsolid_write_table_market(context, n, 1, value, path);
 }
 
 tsolid_status tsolid_write_vector_petsc(tsolid_context *context, int n, const double *value,
@@ -134,6 +143,20 @@ tsolid_status tsolid_write_vector_petsc(tsolid_context *context, int n, const do
     put_big(&out, (uint64_t)n, 4);
     for (int k = 0; k < n; k++)
       put_big_double(&out, value[k]);
+  }
+  return tsi_output_close(&out, TSOLID_OK);
+}
+
+tsolid_status tsolid_write_set_petsc(tsolid_context *context, int n, const int *index,
+                                     const char *path) {
+  tsi_output out;
+  if (!context || n < 0 || (n > 0 && !index) || !path)
+    return TSOLID_ERROR_ARGUMENT;
+  if (tsi_output_open(&out, context, stage, path) == TSOLID_OK) {
+    put_big(&out, SET_CLASS, 4);
+    put_big(&out, (uint64_t)n, 4);
+    for (int k = 0; k < n; k++)
+      put_big(&out, (uint64_t)index[k], 4);
   }
   return tsi_output_close(&out, TSOLID_OK);
 }

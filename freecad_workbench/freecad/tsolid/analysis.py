@@ -8,10 +8,10 @@
 
 import os
 from array import array
-from ctypes import byref, c_double, c_int, c_void_p
+from ctypes import POINTER, byref, c_double, c_int, c_void_p
 
 from . import header
-from .binding import _Handle, _view
+from .binding import _doubles, _Handle, _view
 from .header import MatrixKind  # noqa: F401  (part of this module's face)
 
 
@@ -145,6 +145,35 @@ def face_load(context, solid, side, box=(0.0, 1.0, 0.0, 1.0)):
     region = header.RegionStruct(None, side, (c_double * 4)(*box))
     context.call("tsolid_face_load", solid.handle, byref(region), load)
     return array("d", load)
+
+
+def face_functions(context, solid, side, box=(0.0, 1.0, 0.0, 1.0)):
+    """The functions that do not vanish on a box of a side: what a Dirichlet condition sets."""
+    region = header.RegionStruct(None, side, (c_double * 4)(*box))
+    n = c_int()
+    context.call("tsolid_face_functions", solid.handle, byref(region), 0, byref(n), None)
+    out = (c_int * max(1, n.value))()
+    context.call("tsolid_face_functions", solid.handle, byref(region), n.value, byref(n), out)
+    return list(out[: n.value])
+
+
+def read_table(context, path):
+    """n_rows, n_columns and the numbers, row by row, of a MatrixMarket table or a PETSc vector."""
+    rows, columns, value = c_int(), c_int(), POINTER(c_double)()
+    context.call(
+        "tsolid_read_table", os.fsencode(path), byref(rows), byref(columns), byref(value)
+    )
+    numbers = array("d", value[: rows.value * columns.value])
+    context.library.tsolid_release(context.handle, value)
+    return rows.value, columns.value, numbers
+
+
+def write_table(context, n_columns, rows, path):
+    """A table, given row by row as numbers or rows of numbers, as dense MatrixMarket."""
+    memory, n = _doubles(rows)
+    context.call(
+        "tsolid_write_table_market", n // n_columns, n_columns, memory, os.fsencode(path)
+    )
 
 
 class Bext(_Handle):

@@ -619,8 +619,15 @@ FUNCTIONS = {
     "tsolid_matrix_free": (None, [_handle]),
     "tsolid_matrix_get": (None, [_handle, POINTER(MatrixView)]),
     "tsolid_face_load": (c_int, [_handle, _handle, POINTER(RegionStruct), _doubles]),
+    "tsolid_face_functions": (
+        c_int,
+        [_handle, _handle, POINTER(RegionStruct), c_int, _ints, _ints],
+    ),
     "tsolid_write_matrix_market": (c_int, [_handle, _handle, c_char_p]),
     "tsolid_write_petsc": (c_int, [_handle, _handle, c_char_p]),
     "tsolid_write_vector_market": (c_int, [_handle, c_int, _doubles, c_char_p]),
     "tsolid_write_vector_petsc": (c_int, [_handle, c_int, _doubles, c_char_p]),
+    "tsolid_write_table_market": (c_int, [_handle, c_int, c_int, _doubles, c_char_p]),
+    "tsolid_write_set_petsc": (c_int, [_handle, c_int, _ints, c_char_p]),
+    "tsolid_read_table": (c_int, [_handle, c_char_p, _ints, _ints, POINTER(_doubles)]),
 }
