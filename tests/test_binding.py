@@ -49,6 +49,7 @@ def ctype_of(c_type):
         "void*": c_void_p,
         "int*": POINTER(c_int),
         "double*": POINTER(c_double),
+        "double**": POINTER(POINTER(c_double)),
         "size_t*": POINTER(c_size_t),
     }
     if c_type in plain:
