@@ -346,6 +346,79 @@ TSOLID_API tsolid_status tsolid_boundary_placement(const tsolid_boundary *bounda
 /* The larger of the bounding-box diagonal and the largest |coordinate| of the control points. */
 TSOLID_API double tsolid_boundary_scale(const tsolid_boundary *boundary);
 
+/* ---- planar faces --------------------------------------------------------------------------- */
+
+/* A clamped NURBS curve: sum w_i P_i N_i(t) / sum w_i N_i(t). */
+typedef struct tsolid_curve {
+  int degree;            /* 1..25 */
+  int n_control;         /* >= degree + 1 */
+  const double *knots;   /* n_control + degree + 1, non-decreasing */
+  const double *points;  /* Euclidean, rows of 3 */
+  const double *weights; /* positive, or NULL for all one */
+  const char *name;      /* how findings call it ("Edge7"); NULL: "border v low" */
+} tsolid_curve;
+
+typedef enum tsolid_coons_repair {
+  TSOLID_REPAIR_AUTOMATIC = 0, /* when the plain patch folds, or is much worse than its borders */
+  TSOLID_REPAIR_NEVER,
+  TSOLID_REPAIR_ALWAYS
+} tsolid_coons_repair;
+
+typedef struct tsolid_coons_options { /* all zero = default */
+  double tolerance;                   /* of corners and plane, absolute; 0: 1e-7 */
+  double normal[3];                   /* of the plane, of either sign; all zero: fitted */
+  const char *name;                   /* how findings call the face ("Face3"); NULL: "the face" */
+  const char *corner_name[4];         /* (u,v) = 00, 10, 11, 01 ("Vertex2"); NULL allowed */
+  int repair;                         /* tsolid_coons_repair */
+} tsolid_coons_options;
+
+/* Filled as far as the work got, also when it fails. */
+typedef struct tsolid_coons_report {
+  double origin[3], normal[3]; /* the plane; the unit normal is that of u x v */
+  double plane_distance;       /* of the borders' control points from the plane, the largest */
+  double corner_gap;           /* largest distance of two borders at their common corner */
+  double knot_merge;           /* largest change of a knot, relative to its range */
+  double weight_factor[4];     /* that the weights of each border were multiplied by */
+  int linear_border;           /* the border multiplied by a linear function as well; -1: none */
+  double linear_factor[2];     /* its values at both ends */
+  int n_degrees_raised;        /* of borders, so that opposite ones agree */
+  int n_knots_inserted;        /* into borders, for the same reason */
+  int weights_replaced;        /* 1: Coons weights inside would not have been positive enough */
+  int repaired;                /* 1: control points inside were moved from where Coons has them */
+  int n_inside_degrees;        /* degrees raised, and knot lines inserted, for the repair */
+  int n_inside_knots;
+  double start_worst, worst; /* sampled scaled Jacobian without and with the repair, singular
+                                corners left out; NaN: not known */
+  double bound;              /* no patch with these borders has a better worst scaled Jacobian */
+  double worst_point[3];
+  double area; /* enclosed by the borders */
+  int n_elements, depth;
+  int n_singular; /* corners where the borders are tangent, so that det J = 0 */
+  double singular[4][3];
+} tsolid_coons_report;
+
+/* A planar patch over four border curves in the order v low, u high, v high, u low, each running in
+ * the direction of u or v: their bilinearly blended Coons patch in homogeneous coordinates,
+ *
+ *     X(u,v) = (1-v) X_0(u) + v X_2(u) + (1-u) X_3(v) + u X_1(v) - bilinear(corners),
+ *
+ * or, where that folds, the same borders with other control points inside the plane. Its borders
+ * are the given curves: the very control points where degree and knots of opposite ones agree, else
+ * raised and refined to what both have. Weights are multiplied by constants, so that they agree at
+ * the corners. It is proved not to fold: det J > 0 but at singular corners. */
+typedef struct tsolid_coons tsolid_coons;
+
+/* report may be NULL. TSOLID_ERROR_INPUT for malformed curves; TSOLID_ERROR_REFUSED when the
+ * borders do not meet, lie in no plane, cross, leave no room at a corner, or when no patch was
+ * found that could be proved not to fold. */
+TSOLID_API tsolid_status tsolid_coons_create(tsolid_context *context, const tsolid_curve border[4],
+                                             const tsolid_coons_options *options,
+                                             tsolid_coons_report *report, tsolid_coons **coons);
+TSOLID_API void tsolid_coons_free(tsolid_coons *coons);
+/* The patch, with the names it was given, as an input of tsolid_boundary_create; valid as long as
+ * the handle. */
+TSOLID_API void tsolid_coons_get(const tsolid_coons *coons, tsolid_patch *patch);
+
 /* ---- T-mesh ---------------------------------------------------------------------------------- */
 
 typedef struct tsolid_tmesh tsolid_tmesh;

@@ -54,6 +54,12 @@ class Verdict(enum.IntEnum):
     UNDECIDED = 2
 
 
+class CoonsRepair(enum.IntEnum):
+    REPAIR_AUTOMATIC = 0
+    REPAIR_NEVER = 1
+    REPAIR_ALWAYS = 2
+
+
 class MatrixKind(enum.IntEnum):
     MASS = 0
     LAPLACE = 1
@@ -64,6 +70,7 @@ ENUMS = {
     "tsolid_status": Status,
     "tsolid_severity": Severity,
     "tsolid_entity": Entity,
+    "tsolid_coons_repair": CoonsRepair,
     "tsolid_verdict": Verdict,
     "tsolid_matrix_kind": MatrixKind,
 }
@@ -247,6 +254,55 @@ class Placement(ctypes.Structure):
         ("box", c_double * 4),
         ("domain", c_double * 4),
         ("moebius", c_double * 2),
+    ]
+
+
+class Curve(ctypes.Structure):
+    _fields_ = [
+        ("degree", c_int),
+        ("n_control", c_int),
+        ("knots", _doubles),
+        ("points", _doubles),
+        ("weights", _doubles),
+        ("name", c_char_p),
+    ]
+
+
+class CoonsOptions(ctypes.Structure):
+    _fields_ = [
+        ("tolerance", c_double),
+        ("normal", c_double * 3),
+        ("name", c_char_p),
+        ("corner_name", c_char_p * 4),
+        ("repair", c_int),
+    ]
+
+
+class CoonsReport(ctypes.Structure):
+    _fields_ = [
+        ("origin", c_double * 3),
+        ("normal", c_double * 3),
+        ("plane_distance", c_double),
+        ("corner_gap", c_double),
+        ("knot_merge", c_double),
+        ("weight_factor", c_double * 4),
+        ("linear_border", c_int),
+        ("linear_factor", c_double * 2),
+        ("n_degrees_raised", c_int),
+        ("n_knots_inserted", c_int),
+        ("weights_replaced", c_int),
+        ("repaired", c_int),
+        ("n_inside_degrees", c_int),
+        ("n_inside_knots", c_int),
+        ("start_worst", c_double),
+        ("worst", c_double),
+        ("bound", c_double),
+        ("worst_point", c_double * 3),
+        ("area", c_double),
+        ("n_elements", c_int),
+        ("depth", c_int),
+        ("n_singular", c_int),
+        ("singular", (c_double * 3) * 4),
     ]
 
 
@@ -488,6 +544,9 @@ STRUCTS = {
     "tsolid_requirement": Requirement,
     "tsolid_preparation": Preparation,
     "tsolid_placement": Placement,
+    "tsolid_curve": Curve,
+    "tsolid_coons_options": CoonsOptions,
+    "tsolid_coons_report": CoonsReport,
     "tsolid_tmesh_options": TmeshOptions,
     "tsolid_tmesh_view": TmeshView,
     "tsolid_space_view": SpaceView,
@@ -515,6 +574,7 @@ OPAQUE = (
     "tsolid_surface",
     "tsolid_boundary_file",
     "tsolid_boundary",
+    "tsolid_coons",
     "tsolid_tmesh",
     "tsolid_space",
     "tsolid_solid",
@@ -563,6 +623,12 @@ FUNCTIONS = {
     "tsolid_boundary_preparation": (None, [_handle, POINTER(Preparation)]),
     "tsolid_boundary_placement": (c_int, [_handle, c_int, POINTER(Placement)]),
     "tsolid_boundary_scale": (c_double, [_handle]),
+    "tsolid_coons_create": (
+        c_int,
+        [_handle, POINTER(Curve), POINTER(CoonsOptions), POINTER(CoonsReport), _handle_out],
+    ),
+    "tsolid_coons_free": (None, [_handle]),
+    "tsolid_coons_get": (None, [_handle, POINTER(PatchStruct)]),
     "tsolid_tmesh_create": (c_int, [_handle, _handle, POINTER(TmeshOptions), _handle_out]),
     "tsolid_tmesh_free": (None, [_handle]),
     "tsolid_tmesh_get": (None, [_handle, POINTER(TmeshView)]),

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later
+ * The steps from four border curves to a planar patch, private to the stage:
+ *
+ *     curves -> borders (agreeing corners, weights, degrees, knots) -> plane -> Coons patch
+ *            -> certificate -> (repair -> certificate) -> patch */
+#ifndef TSI_COONS_H
+#define TSI_COONS_H
+
+#include "patch.h"
+
+static const char *const TSI_COONS_STAGE = "coons";
+
+/* ---- borders (coons_border.c) ------------------------------------------------------------------
+ */
+
+/* One border: a patch of one row on [0,1], and its Euclidean control points: as they were given
+ * where nothing was refined, bit for bit. */
+typedef struct tsi_border {
+  tsi_patch curve; /* n[1] = 1, no knots across */
+  double *point;   /* n[0] rows of 3 */
+  int refined;
+  char name[TSI_NAME_SIZE];
+} tsi_border;
+
+/* Vetted and read; corners, weights, degrees and knots made to agree. Fills its part of *report. */
+tsolid_status tsi_borders_read(tsolid_context *context, tsi_arena *arena,
+                               const tsolid_curve border[4], const tsolid_coons_options *options,
+                               tsi_border out[4], tsolid_coons_report *report);
+
+/* Border of corner k ((u,v) = 00, 10, 11, 01) in direction d, and at which end of it. */
+static inline int tsi_corner_border(int k, int d) {
+  return d == 0 ? (k < 2 ? 0 : 2) : (k == 0 || k == 3 ? 3 : 1);
+}
+static inline int tsi_corner_end(int k, int d) {
+  return d == 0 ? (k == 1 || k == 2) : k >= 2;
+}
+
+/* ---- a patch in its plane ----------------------------------------------------------------------
+ */
+
+/* Rational, clamped on [0,1]^2; control point (i, j) is row i + n[0]*j. */
+typedef struct tsi_planar {
+  int degree[2], n[2];
+  double *knots[2];
+  double *point;  /* rows of (x, y) */
+  double *weight; /* > 0 */
+} tsi_planar;
+
+/* ---- certificate (planar_certify.c) -------------------------------------------------------------
+ */
+
+typedef struct tsi_planar_outcome {
+  tsolid_verdict verdict; /* the worst of the elements */
+  int n_elements, depth;
+  double u[2]; /* in [0,1]^2: where it is not positive, or not decided */
+} tsi_planar_outcome;
+
+/* singular: bits of the patch's corners 00, 10, 11, 01 where the borders are tangent. error: that
+ * of every coordinate as given, absolute. TSOLID_OK whatever the verdict. */
+tsolid_status tsi_planar_certify(tsolid_context *context, const tsi_planar *patch, int singular,
+                                 double error, tsi_planar_outcome *outcome);
+
+#endif
