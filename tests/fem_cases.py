@@ -11,7 +11,7 @@ import FreeCAD
 import Part
 from FreeCAD import Vector
 
-from freecad.tsolid import api, document, fem
+from freecad.tsolid import actions, api, document, fem
 
 LENGTH, HEIGHT, WIDTH, FORCE = 100.0, 10.0, 8.0, 500.0
 E_MODULE, POISSON = 210e3, 0.3
@@ -65,7 +65,7 @@ class HexBlocks(unittest.TestCase):
         document.rebuild(solid)
         self.assertTrue(fem.is_out_of_date(mesh))
         before = mesh.FemMesh.NodeCount
-        fem.remesh(mesh)
+        fem.mesh_anew(mesh)
         self.assertFalse(fem.is_out_of_date(mesh))
         self.assertGreater(mesh.FemMesh.NodeCount, before)
         with tempfile.TemporaryDirectory() as folder:
@@ -76,6 +76,22 @@ class HexBlocks(unittest.TestCase):
             again = FreeCAD.openDocument(path).getObject(name)
             self.assertEqual(again.FemMesh.NodeCount, count)
             self.assertFalse(fem.is_out_of_date(again))
+
+    def test_replaced_when_the_solid_is_rebuilt(self):
+        doc, source, solid, result = solid_in_document(Part.makeBox(3, 4, 5), effort="none")
+        mesh = fem.mesh_with_hex_blocks(solid, size=1.0, order=2)
+        source.Shape = Part.makeBox(3, 4, 9)
+        count = mesh.FemMesh.NodeCount
+        actions.rebuild(solid)
+        self.assertFalse(fem.is_out_of_date(mesh))
+        self.assertGreater(mesh.FemMesh.NodeCount, count)
+        self.assertAlmostEqual(mesh.FemMesh.BoundBox.ZMax, 9.0, 12)
+        count = mesh.FemMesh.NodeCount
+        fem.mesh_anew(mesh, order=1)
+        self.assertEqual(mesh.Order, 1)
+        self.assertLess(mesh.FemMesh.NodeCount, count)
+        with self.assertRaises(ValueError):
+            fem.mesh_with_hex_blocks(source)
 
     def test_nothing_to_mesh(self):
         doc = FreeCAD.newDocument()

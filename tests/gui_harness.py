@@ -22,7 +22,7 @@ try:
 except ImportError:
     from PySide6.QtTest import QTest
 
-PANELS = ("CheckPanel", "BuildPanel", "ReportPanel", "InsidePanel")
+PANELS = ("CheckPanel", "BuildPanel", "ReportPanel", "InsidePanel", "MeshPanel")
 RESULT = os.environ["TSOLID_GUI_RESULT"]
 PICTURES = os.environ.get("TSOLID_GUI_PICTURES", "")
 

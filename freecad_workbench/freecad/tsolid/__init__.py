@@ -24,6 +24,7 @@ _API = {
     "create": "document",
     "hex_mesh": "fem",
     "mesh_with_hex_blocks": "fem",
+    "mesh_anew": "fem",
 }
 
 __all__ = sorted(_API)

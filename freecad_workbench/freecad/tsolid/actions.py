@@ -20,6 +20,7 @@ import os
 import FreeCAD
 
 from . import api, binding, document, fingerprint
+from .header import Severity
 
 # ---- long work ---------------------------------------------------------------------------------
 
@@ -41,6 +42,7 @@ class Job:
         self.original = source.Shape
         self.shape = source.Shape.copy()
         self.notes = api.notes_of(source)
+        self.meshes = _meshes_of(given)
         self.result = None
 
     def run(self, progress=None):
@@ -57,7 +59,22 @@ class Job:
             self.result.prepared = document.prepare(self.result)
             self.result.prepared.original = self.original
             self.result.prepared.look = _look(self.result.solid)
+            self.result.prepared.meshes = [self._mesh(*m) for m in self.meshes]
         return self
+
+    def _mesh(self, name, options):
+        """(name, fem.Meshed) of hex blocks that are replaced with the solid; (name, None) when the
+        new solid refuses, which a finding tells."""
+        from . import fem
+
+        built = self.result
+        try:
+            regions = fem.regions_of(built.report)
+            return name, fem.meshed(binding.Context(), built.solid, regions, built.tsolid, options)
+        except binding.TsolidError as error:
+            text = "the mesh %s stays that of the solid before: %s" % (name, error)
+            built.findings.append(binding.finding(Severity.WARNING, "mesh", name, text))
+            return name, None
 
     def _work_on_shape(self, work, progress):
         try:
@@ -82,6 +99,15 @@ class Job:
         )
 
 
+def _meshes_of(given):
+    """[(name, options)] of the hex blocks that were made of a SolidTSpline."""
+    if not document.is_solid_tspline(given) or not given.InList:
+        return []
+    from . import fem
+
+    return [(m.Name, fem.options_of(m)) for m in fem.meshes_of(given)]
+
+
 def _look(solid):
     """What the 3D view needs, made here so that the window need not wait; None without one."""
     if not getattr(FreeCAD, "GuiUp", False):
@@ -104,11 +130,14 @@ def ready(job):
         _ready.remove(job)
 
 
+def ready_result(kind, given, options):
+    """What a job has made ready; None when there is none that fits."""
+    return next((job.result for job in _ready if job.fits(kind, given, options)), None)
+
+
 def _result(kind, given, options, progress):
-    for job in _ready:
-        if job.fits(kind, given, options):
-            return job.result
-    return Job(kind, given, options).run(progress).result
+    found = ready_result(kind, given, options)
+    return Job(kind, given, options).run(progress).result if found is None else found
 
 
 def _label(obj):
@@ -176,8 +205,21 @@ def rebuild(obj, progress=None):
             document.store(obj, result)
         else:
             document.set_failed(obj, document.reason_of(result))
+    if result.solid is not None:
+        _replace_meshes(obj, result)
     result.object = obj
     return result
+
+
+def _replace_meshes(obj, result):
+    """Outside the transaction: FreeCAD's undo does not bring a mesh back. After an undo they are
+    out of date, as they should be."""
+    for name, ready in result.prepared.meshes:
+        found = obj.Document.getObject(name)
+        if ready is not None and found is not None:
+            from . import fem
+
+            fem.put(found, ready)
 
 
 def _lost_source(obj):

@@ -8,7 +8,7 @@ import FreeCADGui as Gui
 from PySide import QtGui
 from PySide.QtCore import QT_TRANSLATE_NOOP
 
-from . import api, binding, document, files, runner
+from . import api, binding, document, fem, files, runner
 from .runner import say, tr
 
 # ---- what is selected ----------------------------------------------------------------------------
@@ -90,6 +90,16 @@ def the_tspline():
     raise Unfit(tr("%s is not a solid T-spline: Build makes one of it.") % api.visible(obj.Label))
 
 
+def the_solid_or_mesh():
+    """What is to be meshed: a SolidTSpline, or hex blocks to be made anew; raises Unfit."""
+    found = selected()
+    if len(found) == 1 and fem.is_hex_blocks(found[0]):
+        if found[0].Solid is None:
+            raise Unfit(tr("The solid that %s was made of is gone.") % api.visible(found[0].Label))
+        return found[0]
+    return _built(the_tspline())
+
+
 def _built(obj):
     if not obj.SolidFile:
         raise Unfit(tr("%s has not been built yet: rebuild it.") % api.visible(obj.Label))
@@ -128,6 +138,12 @@ def report(obj):
     from . import panels
 
     return _open_panel(lambda: panels.ReportPanel(_built(obj)))
+
+
+def mesh(obj):
+    from . import mesh_panel
+
+    return _open_panel(lambda: mesh_panel.MeshPanel(obj))
 
 
 def look_inside(obj):
@@ -251,6 +267,14 @@ def _commands():
             QT_TRANSLATE_NOOP("Tsolid_Report", "Report"),
             QT_TRANSLATE_NOOP("Tsolid_Report", "What was proved and measured, face by face"),
             "T, P", lambda: report(the_tspline()),
+        ),
+        Command(
+            "Tsolid_HexBlocks", "tsolid_mesh",
+            QT_TRANSLATE_NOOP("Tsolid_HexBlocks", "Mesh with hex blocks"),
+            QT_TRANSLATE_NOOP(
+                "Tsolid_HexBlocks", "Hexahedra for FEM: conforming, with nodes on the part's faces"
+            ),
+            "T, H", lambda: mesh(the_solid_or_mesh()),
         ),
         Command(
             "Tsolid_Export", "tsolid_export",

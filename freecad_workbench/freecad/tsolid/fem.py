@@ -10,12 +10,14 @@
 Groups of the mesh are called as the part's faces are: Face1, Face2, ...
 """
 
-from . import analysis, binding, document
+import hashlib
+
+from . import actions, analysis, api, binding, document
 
 # FreeCAD's order of the nodes of a hexahedron, from that of Abaqus; see feminout/importInpMesh.
 _FREECAD_ORDER = (5, 6, 7, 4, 1, 2, 3, 0, 13, 14, 15, 12, 9, 10, 11, 8, 17, 18, 19, 16)
 # Corners of S1..S6 and, from 4 on, the mids between them, in the order of Abaqus; outward normals.
-_FACES = (
+FACES = (
     (0, 3, 2, 1, 11, 10, 9, 8),
     (4, 5, 6, 7, 12, 13, 14, 15),
     (0, 1, 5, 4, 8, 17, 12, 16),
@@ -33,8 +35,13 @@ _PROPERTIES = (
 )
 
 
+DEFAULTS = {"size": 0.0, "order": 1, "grading": 1.0}
+
+
 def regions_of(report):
     """(name, side, box) of every face of the part, from the report; () without faces."""
+    if report is None:
+        return ()
     return tuple((row["face"], row["side"], row["box"]) for row in report["exactness"])
 
 
@@ -70,7 +77,7 @@ def fem_mesh(mesh):
     for name, faces in mesh.regions.items():
         ids, touched = [], set()
         for element, face in faces.tolist():
-            nodes = [elements[element][m] + 1 for m in _FACES[face][:n_corners]]
+            nodes = [elements[element][m] + 1 for m in FACES[face][:n_corners]]
             number += 1
             out.addFace(nodes, number)
             ids.append(number)
@@ -80,41 +87,108 @@ def fem_mesh(mesh):
     return out
 
 
+# ---- long work -------------------------------------------------------------------------------
+
+
+class Meshed:
+    """A mesh, the same for FreeCAD, and the check sum of the solid that it was made of."""
+
+    def __init__(self, mesh, made_from):
+        self.mesh, self.made_from = mesh, made_from
+        self.fem_mesh = fem_mesh(mesh)
+
+
+class MeshJob:
+    """The hex blocks of one SolidTSpline, to be made in any thread; compare actions.Job."""
+
+    def __init__(self, solid, options):
+        self.given, self.options = solid, dict(DEFAULTS, **options)
+        self.data = document.tsolid_of(solid)
+        if self.data is None:
+            raise ValueError("there is no solid to mesh: build %s first" % solid.Label)
+        self.regions = regions_of(document.report_of(solid))
+        self.result = None
+
+    def fits(self, kind, given, options):
+        return kind == "mesh" and self.given is given and self.options == options
+
+    def run(self, progress=None):
+        if self.result is None:
+            context = binding.Context(progress)
+            solid = api.read_tsolid(context, self.data)
+            self.result = meshed(context, solid, self.regions, self.data, self.options)
+        return self
+
+
+def meshed(context, solid, regions, data, options):
+    """Meshed of a solid whose .tsolid bytes are `data`."""
+    mesh = analysis.HexMesh.create(context, solid, regions=regions, **options)
+    return Meshed(mesh, _check_sum(data))
+
+
 # ---- in the document -------------------------------------------------------------------------
 
 
 def mesh_with_hex_blocks(solid, size=0.0, order=1, grading=1.0, container=None):
     """A FemMeshObject of a SolidTSpline object, in its document and, if given, in an analysis."""
-    fem = solid.Document.addObject("Fem::FemMeshObject", solid.Name + "_HexBlocks")
-    fem.Label = solid.Label + " hex blocks"
-    for kind, name, group, description in _PROPERTIES:
-        fem.addProperty(kind, name, group, description)
-    fem.Solid, fem.Size, fem.Order, fem.Grading = solid, size, order, grading
-    remesh(fem)
-    if container is not None:
-        container.addObject(fem)
+    if not document.is_solid_tspline(solid):
+        raise ValueError("%s is not a solid T-spline: build one first" % solid.Label)
+    ready = _meshed_now(solid, {"size": float(size), "order": order, "grading": float(grading)})
+    with actions.transaction(solid.Document, "Mesh with hex blocks"):
+        fem = solid.Document.addObject("Fem::FemMeshObject", solid.Name + "_HexBlocks")
+        fem.Label = solid.Label + " hex blocks"
+        for kind, name, group, description in _PROPERTIES:
+            fem.addProperty(kind, name, group, description)
+        fem.setEditorMode("MadeFrom", 2)
+        fem.Solid, fem.Size, fem.Order, fem.Grading = solid, size, order, grading
+        put(fem, ready)
+        if container is not None:
+            container.addObject(fem)
     return fem
 
 
-def remesh(fem, progress=None):
-    """Meshes anew with the object's options; nothing changes when that is refused."""
+def mesh_anew(fem, progress=None, **options):
+    """Meshes anew with the object's options, or with new ones; nothing changes when that is
+    refused. Gives the analysis.HexMesh.
+
+    Not a step of undo: FreeCAD's undo takes back all properties of a mesh but the mesh itself."""
+    if fem.Solid is None:
+        raise ValueError("the solid that %s was made of is gone" % fem.Label)
+    options = dict(options_of(fem), **options)
+    ready = _meshed_now(fem.Solid, options, progress)
+    fem.Size, fem.Order, fem.Grading = (options[k] for k in ("size", "order", "grading"))
+    put(fem, ready)
+    return ready.mesh
+
+
+def _meshed_now(solid, options, progress=None):
+    found = actions.ready_result("mesh", solid, options)
+    return MeshJob(solid, options).run(progress).result if found is None else found
+
+
+def put(fem, ready):
+    fem.FemMesh = ready.fem_mesh
+    fem.MadeFrom = ready.made_from
+
+
+def options_of(fem):
     size = fem.Size.Value if hasattr(fem.Size, "Value") else float(fem.Size)
-    mesh = hex_mesh(fem.Solid, progress, size=size, order=fem.Order, grading=fem.Grading)
-    fem.FemMesh = fem_mesh(mesh)
-    fem.MadeFrom = _check_sum(fem.Solid)
-    return mesh
+    return {"size": size, "order": fem.Order, "grading": fem.Grading}
+
+
+def meshes_of(solid):
+    """The hex blocks that were made of a SolidTSpline object."""
+    return [o for o in solid.InList if is_hex_blocks(o)]
 
 
 def is_out_of_date(fem):
     """The solid was rebuilt after it was meshed."""
-    return fem.MadeFrom != _check_sum(fem.Solid)
+    return fem.MadeFrom != _check_sum(document.tsolid_of(fem.Solid))
 
 
 def is_hex_blocks(obj):
     return getattr(obj, "TypeId", "") == "Fem::FemMeshObject" and "MadeFrom" in obj.PropertiesList
 
 
-def _check_sum(solid):
-    import hashlib
-
-    return hashlib.sha256(document.tsolid_of(solid) or b"").hexdigest()
+def _check_sum(data):
+    return hashlib.sha256(data or b"").hexdigest()

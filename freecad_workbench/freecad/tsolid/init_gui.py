@@ -6,7 +6,7 @@ Nothing heavy is imported here; the library is not looked for before the first c
 
 import FreeCADGui as Gui
 
-from . import places
+from . import next_to_fem, places
 
 TOOLBAR = (
     "Tsolid_Check",
@@ -14,6 +14,7 @@ TOOLBAR = (
     "Tsolid_Rebuild",
     "Tsolid_LookInside",
     "Tsolid_Report",
+    "Tsolid_HexBlocks",
 )
 
 
@@ -49,3 +50,4 @@ Gui.addLanguagePath(places.TRANSLATIONS)
 Gui.updateLocale()
 Gui.addPreferencePage(places.resource("preferences.ui"), "tsolid")
 Gui.addWorkbench(TsolidWorkbench())
+next_to_fem.watch()

@@ -144,6 +144,30 @@ class Overlay:
         return part
 
 
+class Wires:
+    """Lines over a part, drawn into one view: points, and rows of indices that end with -1."""
+
+    def __init__(self, view, obj, points, index):
+        self.graph = view.getSceneGraph()
+        self.root = Overlay._plain(CORNER)
+        self.root.setName("TsolidWires")
+        self.n_lines = int((index < 0).sum())
+        coordinates = coin.SoCoordinate3()
+        scene.fill(coordinates.point, points)
+        lines = coin.SoIndexedLineSet()
+        scene.fill(lines.coordIndex, index)
+        pick = coin.SoPickStyle()
+        pick.style = coin.SoPickStyle.UNPICKABLE
+        for node in (pick, _placement(obj), _offset(-1.0), coordinates, lines):
+            self.root.addChild(node)
+        self.graph.addChild(self.root)
+
+    def remove(self):
+        if self.root is not None:
+            self.graph.removeChild(self.root)
+            self.root = None
+
+
 def _placement(obj):
     """From the coordinates of the object's shape to those of the view."""
     outer = obj.getGlobalPlacement().multiply(obj.Placement.inverse())

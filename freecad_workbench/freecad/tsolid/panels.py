@@ -209,7 +209,7 @@ class Panel:
         """Is the object still there?"""
         try:
             return self.obj.Document is not None and bool(self.obj.Name)
-        except ReferenceError:
+        except (ReferenceError, RuntimeError):  # deleted, or only held by undo
             return False
 
     # ---- pieces ----

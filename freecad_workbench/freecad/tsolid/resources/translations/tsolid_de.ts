@@ -97,6 +97,17 @@
   </message>
  </context>
  <context>
+  <name>Tsolid_HexBlocks</name>
+  <message>
+   <source>Hexahedra for FEM: conforming, with nodes on the part's faces</source>
+   <translation>Hexaeder für FEM: durchgehend, mit Knoten auf den Flächen des Teils</translation>
+  </message>
+  <message>
+   <source>Mesh with hex blocks</source>
+   <translation>Mit Hexaedern vernetzen</translation>
+  </message>
+ </context>
+ <context>
   <name>Tsolid_LookInside</name>
   <message>
    <source>Cut open, peel and colour the hex blocks</source>
@@ -184,6 +195,18 @@
   <message>
    <source>%s is not a solid T-spline: Build makes one of it.</source>
    <translation>%s ist kein Volumen-T-Spline: Bauen macht einen daraus.</translation>
+  </message>
+  <message>
+   <source>%s: %d hexahedra, %d nodes, worst scaled Jacobian %.3g</source>
+   <translation>%s: %d Hexaeder, %d Knoten, schlechteste skalierte Jacobi-Determinante %.3g</translation>
+  </message>
+  <message>
+   <source>20 nodes (quadratic)</source>
+   <translation>20 Knoten (quadratisch)</translation>
+  </message>
+  <message>
+   <source>8 nodes (linear)</source>
+   <translation>8 Knoten (linear)</translation>
   </message>
   <message>
    <source>Allowed</source>
@@ -294,6 +317,10 @@
    <translation>Bitte zuerst beenden, was im Aufgabenbereich offen ist.</translation>
   </message>
   <message>
+   <source>Grading</source>
+   <translation>Abstufung</translation>
+  </message>
+  <message>
    <source>Halve the spans of the faces so often: exact, more hex blocks</source>
    <translation>Die Abschnitte der Flächen so oft halbieren: exakt, mehr Blöcke</translation>
   </message>
@@ -308,6 +335,10 @@
   <message>
    <source>How long to work on the shape of the hex blocks inside</source>
    <translation>Wie lange an der Form der Blöcke im Innern gearbeitet wird</translation>
+  </message>
+  <message>
+   <source>Into analysis</source>
+   <translation>In Analyse</translation>
   </message>
   <message>
    <source>Laying out the hex blocks</source>
@@ -330,6 +361,22 @@
    <translation>Messen</translation>
   </message>
   <message>
+   <source>Mesh</source>
+   <translation>Vernetzen</translation>
+  </message>
+  <message>
+   <source>Mesh with hex blocks</source>
+   <translation>Mit Hexaedern vernetzen</translation>
+  </message>
+  <message>
+   <source>Meshed</source>
+   <translation>Vernetzt</translation>
+  </message>
+  <message>
+   <source>Nodes</source>
+   <translation>Knoten</translation>
+  </message>
+  <message>
    <source>None</source>
    <translation>Keine</translation>
   </message>
@@ -342,6 +389,10 @@
    <translation>Optionen</translation>
   </message>
   <message>
+   <source>Out of date: the solid has been rebuilt since.</source>
+   <translation>Veraltet: der Volumenkörper wurde seitdem neu gebaut.</translation>
+  </message>
+  <message>
    <source>Parts</source>
    <translation>Teile</translation>
   </message>
@@ -352,6 +403,10 @@
   <message>
    <source>Preparing the view</source>
    <translation>Die Ansicht wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>Preview</source>
+   <translation>Vorschau</translation>
   </message>
   <message>
    <source>Proving that nothing folds</source>
@@ -404,6 +459,10 @@
   <message>
    <source>Show the whole part</source>
    <translation>Das ganze Teil zeigen</translation>
+  </message>
+  <message>
+   <source>Size</source>
+   <translation>Größe</translation>
   </message>
   <message>
    <source>Smoothing effort</source>
@@ -468,8 +527,20 @@ und FreeCAD neu starten.</translation>
    <translation>Das Teil wurde gelöscht: die Arbeit daran wurde angehalten.</translation>
   </message>
   <message>
+   <source>The solid is gone.</source>
+   <translation>Der Volumenkörper ist nicht mehr da.</translation>
+  </message>
+  <message>
+   <source>The solid that %s was made of is gone.</source>
+   <translation>Der Volumenkörper, aus dem %s gemacht wurde, ist nicht mehr da.</translation>
+  </message>
+  <message>
    <source>There is not enough memory for this.</source>
    <translation>Dafür reicht der Speicher nicht.</translation>
+  </message>
+  <message>
+   <source>Thickness of the outermost layer over that of the innermost</source>
+   <translation>Dicke der äußersten Schicht im Verhältnis zur innersten</translation>
   </message>
   <message>
    <source>Thorough</source>
@@ -482,6 +553,10 @@ und FreeCAD neu starten.</translation>
   <message>
    <source>Verdict</source>
    <translation>Urteil</translation>
+  </message>
+  <message>
+   <source>Wanted length of the hexahedra's edges, in millimetres</source>
+   <translation>Gewünschte Kantenlänge der Hexaeder in Millimetern</translation>
   </message>
   <message>
    <source>Web page</source>
@@ -500,6 +575,10 @@ und FreeCAD neu starten.</translation>
    <translation>Geschrieben: %s</translation>
   </message>
   <message>
+   <source>a twentieth of the part</source>
+   <translation>ein Zwanzigstel des Teils</translation>
+  </message>
+  <message>
    <source>about %d s left</source>
    <translation>noch etwa %d s</translation>
   </message>
@@ -514,6 +593,14 @@ und FreeCAD neu starten.</translation>
   <message>
    <source>folded</source>
    <translation>gefaltet</translation>
+  </message>
+  <message>
+   <source>none</source>
+   <translation>keine</translation>
+  </message>
+  <message>
+   <source>the size must be a positive length</source>
+   <translation>die Größe muss eine positive Länge sein</translation>
   </message>
  </context>
 </TS>
