@@ -17,6 +17,15 @@ def translated():
     assert action.text().replace("&", "") == "Prüfen", action.text()
     titles = [a.text().replace("&", "") for a in h.window().menuBar().actions()]
     assert "Volumen-T-Spline" in titles, titles
+    from freecad.tsolid import panels, rows
+
+    tree = panels.Results(lambda row: None)
+    need = {"closed": True, "connected": True, "genus": 0, "n_patches": 6, "n_edges": 12,
+            "n_vertices": 8, "n_violations": 1}
+    tree.fill(rows._requirement(need))
+    top = tree.topLevelItem(0)
+    assert (top.text(0), top.text(4)) == ("Wasserdicht und wie ein Würfel", "abgelehnt")
+    assert top.child(0).text(0) == "wasserdicht: jede Kante hat zwei Flächen"
 
 
 def library_missing():

@@ -70,7 +70,7 @@ class Results(QtGui.QTreeWidget):
     def fill(self, groups):
         self.clear()
         for group in groups:
-            top = QtGui.QTreeWidgetItem([group.title, "", "", "", group.verdict])
+            top = QtGui.QTreeWidgetItem([tr(group.title), "", "", "", tr(group.verdict)])
             top.setIcon(0, _spot(QtGui.QColor(_COLOURS[group.verdict]), False))
             font = top.font(0)
             font.setBold(True)
@@ -86,6 +86,7 @@ class Results(QtGui.QTreeWidget):
 
     def _item(self, row):
         cells = [api.visible(c) for c in row.cells()]
+        cells[0], cells[-1] = tr(cells[0]), tr(cells[-1])
         item = QtGui.QTreeWidgetItem(cells)
         self._paint(item, row.verdict)
         colour = QtGui.QColor(_COLOURS[row.verdict])
@@ -357,8 +358,8 @@ class CheckPanel(Panel):
             return
         self.result = result
         self.groups = rows.of_check(result)
-        headline = rows.headline_of_check(result)
-        self.verdict.say(tr(headline), "good" if result.satisfied else "bad")
+        headline = rows.headline_of_check(result, tr)
+        self.verdict.say(headline, "good" if result.satisfied else "bad")
         self.tree.fill(self.groups)
         self.buttons[0].setEnabled(result.satisfied)
         self.buttons[1].setEnabled(True)
@@ -525,13 +526,13 @@ class BuildPanel(Panel):
         built = result.solid is not None
         if built:
             kind = {"positive": "good", "undecided": "unsure"}.get(result.verdict, "bad")
-            self.verdict.say(tr(rows.headline_of_report(result.report)), kind)
+            self.verdict.say(rows.headline_of_report(result.report, tr), kind)
             groups = rows.of_report(result.report)
             if not self.again:  # what was built is seen at once: coloured, and cut open
                 show = line_of("look_inside", result.object, mode="Elements", cut=(0, 0.45))
                 runner.execute(show)
         else:
-            self.verdict.say(tr(rows.headline_of_check(result)), "bad")
+            self.verdict.say(rows.headline_of_check(result, tr), "bad")
             groups = rows.of_check(result)
         self.tree.fill(groups)
         self.tree.show()
@@ -575,7 +576,7 @@ class ReportPanel(Panel):
         report = document.report_of(self.obj)
         kind = {"positive": "good", "undecided": "unsure"}.get(report["verdict"], "bad")
         self.groups = rows.of_report(report)
-        self.verdict.say(tr(rows.headline_of_report(report)), kind)
+        self.verdict.say(rows.headline_of_report(report, tr), kind)
         self.state.setText(document.status_text(self.obj))
         self.tree.fill(self.groups)
 

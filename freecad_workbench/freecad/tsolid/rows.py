@@ -8,7 +8,13 @@ import io
 
 from . import api, binding
 
-OK, NOTE, WARNING, BAD = VERDICTS = ("ok", "note", "warning", "refused")
+
+def tr(text):
+    """Marks a text for the window's translation (runner.tr); here it stays English."""
+    return text
+
+
+OK, NOTE, WARNING, BAD = VERDICTS = (tr("ok"), tr("note"), tr("warning"), tr("refused"))
 COLUMNS = ("what", "where", "measured", "allowed", "verdict")
 
 
@@ -72,16 +78,16 @@ def of_check(result):
     out = []
     wrong = [r for r in findings if r.verdict == BAD]
     if wrong:
-        out.append(Group("What stands in the way", wrong))
+        out.append(Group(tr("What stands in the way"), wrong))
     out += _requirement(result.requirement)
     if result.satisfied:
-        out.append(Group("Six sides of the hex blocks", _sides(result)))
-        out.append(Group("Eight corners", _corners(result.requirement)))
+        out.append(Group(tr("Six sides of the hex blocks"), _sides(result)))
+        out.append(Group(tr("Eight corners"), _corners(result.requirement)))
     elif result.part is not None:
-        out.append(Group("Faces", _faces(result.part, wrong)))
+        out.append(Group(tr("Faces"), _faces(result.part, wrong)))
     rest = [r for r in findings if r.verdict != BAD]
     if rest:
-        out.append(Group("Notes", rest))
+        out.append(Group(tr("Notes"), rest))
     return out
 
 
@@ -89,15 +95,15 @@ def _requirement(need):
     if not need:
         return []
     rows = [
-        _is("watertight: every edge has two faces", bool(need["closed"]), True),
-        _is("one piece", bool(need["connected"]), True),
+        _is(tr("watertight: every edge has two faces"), bool(need["closed"]), True),
+        _is(tr("one piece"), bool(need["connected"]), True),
     ]
     if need["genus"] >= 0:
-        rows.append(_is("holes through the part", need["genus"], 0))
-    rows.append(Row("faces, edges, vertices", "", "%d, %d, %d" % (
+        rows.append(_is(tr("holes through the part"), need["genus"], 0))
+    rows.append(Row(tr("faces, edges, vertices"), "", "%d, %d, %d" % (
         need["n_patches"], need["n_edges"], need["n_vertices"])))
-    rows.append(_is("violations", need["n_violations"], 0))
-    return [Group("Watertight, and like a cube", rows)]
+    rows.append(_is(tr("violations"), need["n_violations"], 0))
+    return [Group(tr("Watertight, and like a cube"), rows)]
 
 
 def _sides(result):
@@ -123,7 +129,8 @@ def _corners(need):
 def _faces(part, wrong):
     """Every face: in order, unless a finding names it."""
     named = {word for row in wrong for word in row.where.replace(",", " ").split()}
-    return [Row("face", p.name, None, None, BAD if p.name in named else OK) for p in part.patches]
+    return [Row(tr("face"), p.name, None, None, BAD if p.name in named else OK)
+            for p in part.patches]
 
 
 # ---- report --------------------------------------------------------------------------------------
@@ -137,29 +144,29 @@ def of_report(report):
     """Groups of a report dict, the most wanted first."""
     c, q, b = report["certificate"], report["quality"], report["basis"]
     place = c["point"] if c["verdict"] != "positive" else None
-    proved = Row("hex blocks not proved free of folds", "", _share(c), 0,
+    proved = Row(tr("hex blocks not proved free of folds"), "", _share(c), 0,
                  OK if c["verdict"] == "positive" else BAD, place)
     out = [
-        Group("Hex blocks do not fold (det J > 0)", [
-            Row("hex blocks", "", c["n_elements"], None),
+        Group(tr("Hex blocks do not fold (det J > 0)"), [
+            Row(tr("hex blocks"), "", c["n_elements"], None),
             proved,
-            Row("smallest proved bound of det J", "", c["smallest_bound"], 0.0, proved.verdict),
+            Row(tr("smallest proved bound of det J"), "", c["smallest_bound"], 0.0, proved.verdict),
         ]),
-        Group("Conformal contact faces", _exactness(report)),
-        Group("Watertight, and like a cube", _report_requirement(report["requirement"])),
-        Group("Shape of the hex blocks", [
-            Row("worst scaled Jacobian", "", q["worst"], 0.0, OK if q["worst"] > 0 else BAD,
+        Group(tr("Conformal contact faces"), _exactness(report)),
+        Group(tr("Watertight, and like a cube"), _report_requirement(report["requirement"])),
+        Group(tr("Shape of the hex blocks"), [
+            Row(tr("worst scaled Jacobian"), "", q["worst"], 0.0, OK if q["worst"] > 0 else BAD,
                 q["worst_point"]),
-            Row("best that the part's faces allow", "", q["bound"], None, OK, q["bound_point"]),
-            Row("worst, compared with that", "", q["ratio"], None),
-            Row("mean scaled Jacobian", "", q["mean"], None),
+            Row(tr("best that the part's faces allow"), "", q["bound"], None, OK, q["bound_point"]),
+            Row(tr("worst, compared with that"), "", q["ratio"], None),
+            Row(tr("mean scaled Jacobian"), "", q["mean"], None),
         ]),
-        Group("Volume", _volume(report)),
-        Group("Smoothness inside", _continuity(report["continuity"])),
-        Group("T-spline functions", [
-            Row("functions", "", report["statistics"]["n_functions"], None),
+        Group(tr("Volume"), _volume(report)),
+        Group(tr("Smoothness inside"), _continuity(report["continuity"])),
+        Group(tr("T-spline functions"), [
+            Row(tr("functions"), "", report["statistics"]["n_functions"], None),
             _sum(b, report["statistics"].get("analysis_suitable", True)),
-            Row("smallest coefficient", "", b["smallest_value"], 0.0,
+            Row(tr("smallest coefficient"), "", b["smallest_value"], 0.0,
                 OK if b["smallest_value"] >= 0 else BAD),
             _rank(b, "inner"), _rank(b, "surface"),
         ]),
@@ -167,17 +174,17 @@ def of_report(report):
     findings = [_of_finding(f) for f in report["findings"]
                 if f["severity"] != "note" or f["stage"] not in ("exactness", "volume")]
     if findings:
-        out.append(Group("Notes", findings))
-    out.append(Group("Time", [Row(k.replace("_", " "), "", float(v), None)
-                              for k, v in report["timing"].items() if v is not None]))
+        out.append(Group(tr("Notes"), findings))
+    out.append(Group(tr("Time"), [Row(k.replace("_", " "), "", float(v), None)
+                                  for k, v in report["timing"].items() if v is not None]))
     return [g for g in out if g.rows]
 
 
 def _exactness(report):
     c = report["conformity"]
-    rows = [Row("distance of the face from the solid", r["face"], r["distance"], r["allowed"],
+    rows = [Row(tr("distance of the face from the solid"), r["face"], r["distance"], r["allowed"],
                 OK if r["satisfied"] else BAD, r["point"]) for r in report["exactness"]]
-    rows.append(_is("control points of the faces kept bit for bit",
+    rows.append(_is(tr("control points of the faces kept bit for bit"),
                     bool(c["control_identical"]), True))
     return rows
 
@@ -189,20 +196,22 @@ def _report_requirement(need):
 
 def _volume(report):
     c, v = report["conformity"], report.get("volume")
-    rows = [Row("volume of the hex blocks", "", c["volume"], None),
-            Row("volume inside the faces", "", v["flux"] if v else c["flux"], None)]
+    rows = [Row(tr("volume of the hex blocks"), "", c["volume"], None),
+            Row(tr("volume inside the faces"), "", v["flux"] if v else c["flux"], None)]
     if v:
-        rows.append(Row("relative difference", "", v["relative_difference"], v["allowed"],
+        rows.append(Row(tr("relative difference"), "", v["relative_difference"], v["allowed"],
                         OK if v["satisfied"] else BAD))
     return rows
 
 
 def _continuity(c):
-    names = ("torn", "continuous", "tangent planes too", "curvature too")
-    rows = [Row("area of inner faces: " + name, "", area, 0.0 if k == 0 else None,
+    names = (tr("area of inner faces: torn"), tr("area of inner faces: continuous"),
+             tr("area of inner faces: tangent planes too"),
+             tr("area of inner faces: curvature too"))
+    rows = [Row(name, "", area, 0.0 if k == 0 else None,
                 BAD if k == 0 and area else OK)
             for k, (name, area) in enumerate(zip(names, c["area"])) if area is not None]
-    rows.append(_is("inner faces less smooth than they should be", c["n_below_expected"], 0))
+    rows.append(_is(tr("inner faces less smooth than they should be"), c["n_below_expected"], 0))
     return rows
 
 
@@ -210,13 +219,14 @@ def _sum(b, analysis_suitable):
     """What the input's own functions lack stays; without the closure the solid is rational."""
     value, allowed = b["sum_defect"], 1e-12 + (b.get("input_sum_defect") or 0.0)
     otherwise = BAD if analysis_suitable else NOTE
-    return Row("their sum differs from 1 by", "", value, allowed,
+    return Row(tr("their sum differs from 1 by"), "", value, allowed,
                OK if value <= allowed else otherwise)
 
 
 def _rank(b, kind):
     value, least = b[kind + "_eigenvalue"], b[kind + "_roundoff"]
-    what = "independence of the %s functions (smallest eigenvalue)" % kind
+    what = {"inner": tr("independence of the inner functions (smallest eigenvalue)"),
+            "surface": tr("independence of the surface functions (smallest eigenvalue)")}[kind]
     if not b["rank_measured"] or value is None:
         return Row(what, "", "not measured: too many", None, NOTE)
     return Row(what, "", value, least, OK if value > least else BAD)
@@ -247,19 +257,21 @@ def text(title, groups):
     return "\n".join(lines) + "\n"
 
 
-def headline_of_check(result):
+def headline_of_check(result, tr=tr):
     if result.satisfied:
-        return "Yes: this part can become hex blocks."
+        return tr("Yes: this part can become hex blocks.")
     n = sum(1 for f in result.findings if f.severity == binding.Severity.ERROR)
-    return "Not as it is: %d thing%s in the way." % (n, " stands" if n == 1 else "s stand")
+    if n == 1:
+        return tr("Not as it is: 1 thing stands in the way.")
+    return tr("Not as it is: %d things stand in the way.") % n
 
 
-def headline_of_report(report):
+def headline_of_report(report, tr=tr):
     c, q = report["certificate"], report["quality"]
     if report["verdict"] == "positive":
-        return "Valid: %d hex blocks, none folds; worst scaled Jacobian %.3g." % (
+        return tr("Valid: %d hex blocks, none folds; worst scaled Jacobian %.3g.") % (
             c["n_elements"], q["worst"])
     if report["verdict"] == "undecided":
-        return "Built, but not proved everywhere: %d of %d hex blocks are undecided." % (
+        return tr("Built, but not proved everywhere: %d of %d hex blocks are undecided.") % (
             c["n_undecided"], c["n_elements"])
-    return "Not valid (%s): do not use this solid." % report["verdict"]
+    return tr("Not valid (%s): do not use this solid.") % report["verdict"]

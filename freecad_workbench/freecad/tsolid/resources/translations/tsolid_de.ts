@@ -233,6 +233,10 @@
    <translation>Bauen...</translation>
   </message>
   <message>
+   <source>Built, but not proved everywhere: %d of %d hex blocks are undecided.</source>
+   <translation>Gebaut, aber nicht überall bewiesen: %d von %d Hexaederblöcken sind unentschieden.</translation>
+  </message>
+  <message>
    <source>Cancel</source>
    <translation>Abbrechen</translation>
   </message>
@@ -259,6 +263,10 @@
   <message>
    <source>Comparing with the CAD faces</source>
    <translation>Vergleich mit den CAD-Flächen</translation>
+  </message>
+  <message>
+   <source>Conformal contact faces</source>
+   <translation>Passgenaue Kontaktflächen</translation>
   </message>
   <message>
    <source>Continuity</source>
@@ -293,6 +301,10 @@
    <translation>Seiten und Ecken zeichnen</translation>
   </message>
   <message>
+   <source>Eight corners</source>
+   <translation>Acht Ecken</translation>
+  </message>
+  <message>
    <source>Element</source>
    <translation>Element</translation>
   </message>
@@ -307,6 +319,10 @@
   <message>
    <source>Export...</source>
    <translation>Exportieren...</translation>
+  </message>
+  <message>
+   <source>Faces</source>
+   <translation>Flächen</translation>
   </message>
   <message>
    <source>Filling the part</source>
@@ -331,6 +347,10 @@
   <message>
    <source>Hex blocks across the core of the part, at least</source>
    <translation>Mindestens so viele Blöcke quer durch den Kern des Teils</translation>
+  </message>
+  <message>
+   <source>Hex blocks do not fold (det J &gt; 0)</source>
+   <translation>Hexaederblöcke falten sich nicht (det J &gt; 0)</translation>
   </message>
   <message>
    <source>How long to work on the shape of the hex blocks inside</source>
@@ -379,6 +399,22 @@
   <message>
    <source>None</source>
    <translation>Keine</translation>
+  </message>
+  <message>
+   <source>Not as it is: %d things stand in the way.</source>
+   <translation>So noch nicht: %d Dinge stehen im Weg.</translation>
+  </message>
+  <message>
+   <source>Not as it is: 1 thing stands in the way.</source>
+   <translation>So noch nicht: 1 Sache steht im Weg.</translation>
+  </message>
+  <message>
+   <source>Not valid (%s): do not use this solid.</source>
+   <translation>Ungültig (%s): diesen Volumenkörper nicht verwenden.</translation>
+  </message>
+  <message>
+   <source>Notes</source>
+   <translation>Hinweise</translation>
   </message>
   <message>
    <source>Of edges that carry none of their own, in the part's unit</source>
@@ -453,12 +489,20 @@
    <translation>Bitte zuerst das Teil auswählen: einen Körper, im Baum oder in der Ansicht.</translation>
   </message>
   <message>
+   <source>Shape of the hex blocks</source>
+   <translation>Form der Hexaederblöcke</translation>
+  </message>
+  <message>
    <source>Show</source>
    <translation>Zeigen</translation>
   </message>
   <message>
    <source>Show the whole part</source>
    <translation>Das ganze Teil zeigen</translation>
+  </message>
+  <message>
+   <source>Six sides of the hex blocks</source>
+   <translation>Sechs Seiten der Hexaederblöcke</translation>
   </message>
   <message>
    <source>Size</source>
@@ -471,6 +515,10 @@
   <message>
    <source>Smoothing the hex blocks</source>
    <translation>Die Blöcke werden geglättet</translation>
+  </message>
+  <message>
+   <source>Smoothness inside</source>
+   <translation>Glattheit im Inneren</translation>
   </message>
   <message>
    <source>Solid</source>
@@ -499,6 +547,10 @@
   <message>
    <source>T-mesh</source>
    <translation>T-Netz</translation>
+  </message>
+  <message>
+   <source>T-spline functions</source>
+   <translation>T-Spline-Funktionen</translation>
   </message>
   <message>
    <source>The add-on works with a library written in C, which must be of the same version. In the folder of tsolid's sources, run
@@ -547,16 +599,32 @@ und FreeCAD neu starten.</translation>
    <translation>Gründlich</translation>
   </message>
   <message>
+   <source>Time</source>
+   <translation>Zeit</translation>
+  </message>
+  <message>
    <source>Tolerance of edges</source>
    <translation>Toleranz der Kanten</translation>
+  </message>
+  <message>
+   <source>Valid: %d hex blocks, none folds; worst scaled Jacobian %.3g.</source>
+   <translation>Gültig: %d Hexaederblöcke, keiner faltet sich; schlechteste skalierte Jacobi-Determinante %.3g.</translation>
   </message>
   <message>
    <source>Verdict</source>
    <translation>Urteil</translation>
   </message>
   <message>
+   <source>Volume</source>
+   <translation>Volumen</translation>
+  </message>
+  <message>
    <source>Wanted length of the hexahedra's edges, in millimetres</source>
    <translation>Gewünschte Kantenlänge der Hexaeder in Millimetern</translation>
+  </message>
+  <message>
+   <source>Watertight, and like a cube</source>
+   <translation>Wasserdicht und wie ein Würfel</translation>
   </message>
   <message>
    <source>Web page</source>
@@ -567,12 +635,20 @@ und FreeCAD neu starten.</translation>
    <translation>Was</translation>
   </message>
   <message>
+   <source>What stands in the way</source>
+   <translation>Was im Weg steht</translation>
+  </message>
+  <message>
    <source>Where</source>
    <translation>Wo</translation>
   </message>
   <message>
    <source>Written: %s</source>
    <translation>Geschrieben: %s</translation>
+  </message>
+  <message>
+   <source>Yes: this part can become hex blocks.</source>
+   <translation>Ja: aus diesem Teil können Hexaederblöcke werden.</translation>
   </message>
   <message>
    <source>a twentieth of the part</source>
@@ -583,6 +659,22 @@ und FreeCAD neu starten.</translation>
    <translation>noch etwa %d s</translation>
   </message>
   <message>
+   <source>area of inner faces: continuous</source>
+   <translation>Fläche innen: stetig</translation>
+  </message>
+  <message>
+   <source>area of inner faces: curvature too</source>
+   <translation>Fläche innen: auch krümmungsstetig</translation>
+  </message>
+  <message>
+   <source>area of inner faces: tangent planes too</source>
+   <translation>Fläche innen: auch tangentenstetig</translation>
+  </message>
+  <message>
+   <source>area of inner faces: torn</source>
+   <translation>Fläche innen: gerissen</translation>
+  </message>
+  <message>
    <source>at</source>
    <translation>bei</translation>
   </message>
@@ -591,16 +683,128 @@ und FreeCAD neu starten.</translation>
    <translation>automatisch</translation>
   </message>
   <message>
+   <source>best that the part's faces allow</source>
+   <translation>bestes, was die Flächen des Teils zulassen</translation>
+  </message>
+  <message>
+   <source>control points of the faces kept bit for bit</source>
+   <translation>Kontrollpunkte der Flächen Bit für Bit erhalten</translation>
+  </message>
+  <message>
+   <source>distance of the face from the solid</source>
+   <translation>Abstand der Fläche vom Volumenkörper</translation>
+  </message>
+  <message>
+   <source>face</source>
+   <translation>Fläche</translation>
+  </message>
+  <message>
+   <source>faces, edges, vertices</source>
+   <translation>Flächen, Kanten, Ecken</translation>
+  </message>
+  <message>
    <source>folded</source>
    <translation>gefaltet</translation>
+  </message>
+  <message>
+   <source>functions</source>
+   <translation>Funktionen</translation>
+  </message>
+  <message>
+   <source>hex blocks</source>
+   <translation>Hexaederblöcke</translation>
+  </message>
+  <message>
+   <source>hex blocks not proved free of folds</source>
+   <translation>Hexaederblöcke ohne Beweis der Faltenfreiheit</translation>
+  </message>
+  <message>
+   <source>holes through the part</source>
+   <translation>Löcher durch das Teil</translation>
+  </message>
+  <message>
+   <source>independence of the inner functions (smallest eigenvalue)</source>
+   <translation>Unabhängigkeit der inneren Funktionen (kleinster Eigenwert)</translation>
+  </message>
+  <message>
+   <source>independence of the surface functions (smallest eigenvalue)</source>
+   <translation>Unabhängigkeit der Oberflächenfunktionen (kleinster Eigenwert)</translation>
+  </message>
+  <message>
+   <source>inner faces less smooth than they should be</source>
+   <translation>innere Flächen, die weniger glatt sind als vorgesehen</translation>
+  </message>
+  <message>
+   <source>mean scaled Jacobian</source>
+   <translation>mittlere skalierte Jacobi-Determinante</translation>
   </message>
   <message>
    <source>none</source>
    <translation>keine</translation>
   </message>
   <message>
+   <source>note</source>
+   <translation>Hinweis</translation>
+  </message>
+  <message>
+   <source>ok</source>
+   <translation>in Ordnung</translation>
+  </message>
+  <message>
+   <source>one piece</source>
+   <translation>ein Stück</translation>
+  </message>
+  <message>
+   <source>refused</source>
+   <translation>abgelehnt</translation>
+  </message>
+  <message>
+   <source>relative difference</source>
+   <translation>relativer Unterschied</translation>
+  </message>
+  <message>
+   <source>smallest coefficient</source>
+   <translation>kleinster Koeffizient</translation>
+  </message>
+  <message>
+   <source>smallest proved bound of det J</source>
+   <translation>kleinste bewiesene Schranke von det J</translation>
+  </message>
+  <message>
    <source>the size must be a positive length</source>
    <translation>die Größe muss eine positive Länge sein</translation>
+  </message>
+  <message>
+   <source>their sum differs from 1 by</source>
+   <translation>ihre Summe weicht von 1 ab um</translation>
+  </message>
+  <message>
+   <source>violations</source>
+   <translation>Verletzungen</translation>
+  </message>
+  <message>
+   <source>volume inside the faces</source>
+   <translation>Volumen innerhalb der Flächen</translation>
+  </message>
+  <message>
+   <source>volume of the hex blocks</source>
+   <translation>Volumen der Hexaederblöcke</translation>
+  </message>
+  <message>
+   <source>warning</source>
+   <translation>Warnung</translation>
+  </message>
+  <message>
+   <source>watertight: every edge has two faces</source>
+   <translation>wasserdicht: jede Kante hat zwei Flächen</translation>
+  </message>
+  <message>
+   <source>worst scaled Jacobian</source>
+   <translation>schlechteste skalierte Jacobi-Determinante</translation>
+  </message>
+  <message>
+   <source>worst, compared with that</source>
+   <translation>schlechteste im Vergleich dazu</translation>
   </message>
  </context>
 </TS>
