@@ -107,13 +107,14 @@ class UsageTest(CommandTest):
             self.assertTrue(help_run.stdout.startswith("tsolid " + name))
 
     def test_every_option_is_in_the_help(self):
-        text = self.run_command("build", "--help").stdout
-        with open(os.path.join(ROOT, "libtsolid", "cli", "build.c"), encoding="utf-8") as stream:
-            options = re.findall(r'\{"(--[a-z-]+)", CLI', stream.read())
-        self.assertGreater(len(options), 7)
-        for option in options:
-            if option != "--output":
-                self.assertIn("\n  %s " % option, text)
+        for name in ("build", "export"):
+            text = self.run_command(name, "--help").stdout
+            with open(os.path.join(ROOT, "libtsolid", "cli", name + ".c")) as file:
+                options = re.findall(r'\{"(--[a-z-]+)", CLI', file.read())
+            self.assertGreater(len(options), 7)
+            for option in options:
+                if option != "--output":
+                    self.assertRegex(text, r"(\n  |, )%s " % option)
 
     def test_wrong_arguments(self):
         self.assertEqual(self.run_command().returncode, 1)

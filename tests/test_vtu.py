@@ -17,6 +17,8 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 import binding_parts
 from binding_parts import ROOT, binding
 
+from freecad.tsolid import analysis  # noqa: E402
+
 BEZIER_HEXAHEDRON = 79
 VTK_MAX_DEGREE = 10  # of VTK 9.1's own evaluation; the file may hold more
 
@@ -147,6 +149,50 @@ class VtuTest(unittest.TestCase):
 
     def test_degree_beyond_vtk(self):
         self.check_part(Part("box", raise_degree=12))
+
+    def check_fields(self, part):
+        """What VTK interpolates is sum of c_A R_A, from the space's own extraction."""
+        n, rng = part.solid.space.n_functions, random.Random(2)
+        scalar = [rng.uniform(-1, 1) for _ in range(n)]
+        vector = [[rng.uniform(-1, 1) for _ in range(3)] for _ in range(n)]
+        fields = {"temperature": scalar, 'u <"&> ü': vector}
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "part.vtu")
+            analysis.write_vtu_fields(part.context, part.solid, path, fields)
+            grid = read_grid(path)
+        data = [vtk_to_numpy(grid.GetPointData().GetArray(name)) for name in fields]
+        self.assertEqual(data[1].shape, (grid.GetNumberOfPoints(), 3))
+        control = numpy.array(part.solid.control)
+        for element in rng.sample(range(len(part.degrees)), 20):
+            ids, rows = part.solid.space.extraction(part.context, element)
+            cell = grid.GetCell(element)
+            points = [cell.GetPointId(k) for k in range(cell.GetNumberOfPoints())]
+            u = [rng.random() for _ in range(3)]
+            weights = [0.0] * len(points)
+            cell.EvaluateLocation(mutable(0), u, [0.0] * 3, weights)
+            b = [bernstein(d, x) for d, x in zip(part.degrees[element], u)]
+            b = numpy.multiply.outer(b[2], numpy.multiply.outer(b[1], b[0])).ravel()
+            r = numpy.array(rows) @ b * control[ids, 3]
+            for values, c in zip(data, (numpy.array(scalar), numpy.array(vector))):
+                wanted = r @ c[ids] / r.sum()
+                self.assertLess(abs(weights @ values[points] - wanted).max(), 1e-12)
+
+    def test_fields(self):
+        self.check_fields(Part("sphere"))
+        self.check_fields(Part("mixed_sides"))
+
+    def test_bad_fields(self):
+        part = Part("box")
+        n = part.solid.space.n_functions
+        good, nan = [1.0] * n, [1.0] * (n - 1) + [float("nan")]
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "part.vtu")
+            for fields in ({"": good}, {"a\nb": good}, {"RationalWeights": good}, {"a": nan}):
+                with self.assertRaises(binding.TsolidError):
+                    analysis.write_vtu_fields(part.context, part.solid, path, fields)
+            with self.assertRaises(ValueError):
+                analysis.write_vtu_fields(part.context, part.solid, path, {"a": good[1:]})
+            self.assertEqual(os.listdir(folder), [])
 
     def test_a_wrong_weight_is_seen(self):
         """The comparison above is no tautology: it fails on the polynomial part alone."""

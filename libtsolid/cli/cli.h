@@ -28,13 +28,14 @@ typedef enum cli_kind {
   CLI_NUMBER, /* positive */
   CLI_REAL,   /* any */
   CLI_CHOICE,
-  CLI_FLAG
+  CLI_FLAG,
+  CLI_FIELD /* to a cli_fields, as often as it is given */
 } cli_kind;
 
 typedef struct cli_option {
   const char *name; /* "--threads"; NULL ends a table */
   cli_kind kind;
-  void *value;               /* const char *, int, double, double, int, int (1: given) */
+  void *value;               /* const char *, int, double, double, int, int (1: given), ... */
   int low, high;             /* of a count */
   const char *const *choice; /* names, NULL ends them; the value is the index */
 } cli_option;
@@ -150,6 +151,28 @@ typedef struct cli_matrices {
 int cli_matrices_kinds(cli_matrices *job, const char *text);
 tsolid_status cli_matrices_write(const cli_matrices *job, tsolid_context *context,
                                  const tsolid_solid *solid, cli_folder *folder);
+
+/* 0 after an error. `bext` is the file the deck includes, from the same folder. */
+int cli_lsdyna_write(const char *path, const char *bext, const tsolid_material *material,
+                     double density, int proved);
+
+/* ---- fields ------------------------------------------------------------------------------------
+ */
+
+enum { CLI_MAX_FIELDS = 64 };
+
+typedef struct cli_fields { /* all zero: none */
+  int n;
+  const char *given[CLI_MAX_FIELDS]; /* "NAME=FILE" */
+  char *name[CLI_MAX_FIELDS];
+  double *value[CLI_MAX_FIELDS];
+  tsolid_field field[CLI_MAX_FIELDS];
+} cli_fields;
+
+int cli_fields_add(cli_fields *fields, const char *text); /* 0 after an error */
+tsolid_status cli_fields_read(cli_fields *fields, tsolid_context *context,
+                              const tsolid_solid *solid);
+void cli_fields_free(cli_fields *fields, tsolid_context *context);
 
 /* ---- facts -------------------------------------------------------------------------------------
  */

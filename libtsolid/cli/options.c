@@ -56,6 +56,8 @@ static int store(const cli_option *option, const char *text) {
     return store_number(option, text);
   case CLI_CHOICE:
     return store_choice(option, text);
+  case CLI_FIELD:
+    return cli_fields_add(option->value, text);
   case CLI_TEXT:
   case CLI_FLAG:
     break;

@@ -732,10 +732,27 @@ TSOLID_API tsolid_status tsolid_write_svg(tsolid_context *context, const tsolid_
 TSOLID_API tsolid_status tsolid_write_vtu(tsolid_context *context, const tsolid_solid *solid,
                                           const char *path);
 
+/* A result on the solid: sum of c_A R_A, c_A = row A of `coefficient`, n_functions rows of
+ * n_components (1 or 3). */
+typedef struct tsolid_field {
+  const char *name;
+  int n_components;
+  const double *coefficient;
+} tsolid_field;
+
+/* The same with fields as point data; VTK's rational interpolation of them is the field itself. */
+TSOLID_API tsolid_status tsolid_write_vtu_fields(tsolid_context *context, const tsolid_solid *solid,
+                                                 int n_fields, const tsolid_field *field,
+                                                 const char *path);
+
 /* The mesh as an input deck of CalculiX and Abaqus: nodes, elements (C3D8 or C3D20), and for each
  * region a node set and an element-face surface of its name. */
 TSOLID_API tsolid_status tsolid_write_inp(tsolid_context *context, const tsolid_hex *hex,
                                           const char *path);
+/* The mesh for VTK and ParaView: hexahedra, and behind them a quadrilateral per face of a region;
+ * cell data Region (0, or the region from 1), field data RegionNames. */
+TSOLID_API tsolid_status tsolid_write_hex_vtu(tsolid_context *context, const tsolid_hex *hex,
+                                              const char *path);
 
 /* ---- Bezier extraction for other codes
  * ---------------------------------------------------------- */
@@ -744,6 +761,23 @@ TSOLID_API tsolid_status tsolid_write_inp(tsolid_context *context, const tsolid_
  * coefficient vector each, equal vectors stored once. */
 TSOLID_API tsolid_status tsolid_write_bext(tsolid_context *context, const tsolid_solid *solid,
                                            const char *path);
+
+typedef struct tsolid_bext_options { /* all zero = default */
+  int n_regions;                     /* side sets: regions made of whole faces of elements */
+  const tsolid_region *regions;
+  int allow_unproved; /* nonzero: also a solid whose certificate is not positive; the file says so
+                       */
+} tsolid_bext_options;
+
+/* The same with side sets, as comments behind the last block: the format has no place for them. */
+TSOLID_API tsolid_status tsolid_write_bext_sets(tsolid_context *context, const tsolid_solid *solid,
+                                                const tsolid_bext_options *options,
+                                                const char *path);
+
+/* Extraction operators as one plain binary file; write_extraction.c describes it, readers of it in
+ * C and Python are among the examples. */
+TSOLID_API tsolid_status tsolid_write_extraction(tsolid_context *context, const tsolid_solid *solid,
+                                                 const char *path);
 
 /* Trivariate Bezier extraction as BEXT 2.0 has it, of whatever origin. Element e has the functions
  * function[k], k = function_start[e] .. function_start[e+1]-1, whose Bernstein coefficients, u[0]

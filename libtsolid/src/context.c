@@ -60,6 +60,8 @@ size_t tsolid_struct_size(const char *name) {
       ROW(tsolid_region),
       ROW(tsolid_hex_options),
       ROW(tsolid_hex_view),
+      ROW(tsolid_field),
+      ROW(tsolid_bext_options),
       ROW(tsolid_bext_view),
       ROW(tsolid_material),
       ROW(tsolid_matrix_view),

@@ -38,6 +38,10 @@ tsolid_status tsi_hex_lines_create(tsolid_context *context, tsi_arena *arena,
 /* hex_quality.c: the worst scaled Jacobian of the elements as finite elements see them. */
 void tsi_hex_measure(tsolid_hex *hex);
 
+/* write_inp.c: nodes of S1..S6 among the 20 of an element, corners first: the normal of that
+ * quadrilateral points outward; then the mids between them. */
+extern const signed char tsi_hex_face_nodes[6][8];
+
 static inline int tsi_hex_width(int order) {
   return order == 2 ? 20 : 8;
 }

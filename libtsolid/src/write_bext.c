@@ -5,7 +5,11 @@
  * degrees, each with its nodes in ascending order and one coefficient vector per node; coefficient
  * vectors, dense, equal ones stored once. Identifiers count from 1; Bernstein coefficients run with
  * u[0] fastest. Coordinates have as many digits as bring the homogeneous control points back bit
- * for bit where long double is wider than double. */
+ * for bit where long double is wider than double.
+ *
+ * The grammar that is known of this format has no side sets, so they stand in comments behind the
+ * last block, which readers pass over: "$#SIDE SET name n", then n lines "$# element face" with the
+ * elements as the file numbers them, from 1, and faces 1 .. 6 = u[0] low, high, u[1] low, ... */
 
 #include <stdlib.h>
 
@@ -120,6 +124,7 @@ typedef struct extraction {
   int *entry_start; /* n_elements + 1 */
   int *function, *vector;
   int n_blocks, *block_of, *block_first; /* by element; the block's first element */
+  int *number;                           /* of each element in the file, from 1 */
 } extraction;
 
 static size_t element_width(const tsi_element *element) {
@@ -207,7 +212,8 @@ static tsolid_status group(tsolid_context *context, tsi_arena *arena, extraction
   size_t n = (size_t)space->n_elements;
   x->block_of = tsi_arena_new(arena, n, sizeof *x->block_of);
   x->block_first = tsi_arena_new(arena, n, sizeof *x->block_first);
-  if (!x->block_of || !x->block_first)
+  x->number = tsi_arena_new(arena, n, sizeof *x->number);
+  if (!x->block_of || !x->block_first || !x->number)
     return tsi_no_memory(context, stage);
   for (int e = 0; e < space->n_elements; e++) {
     int block = 0, size = x->entry_start[e + 1] - x->entry_start[e];
@@ -222,6 +228,10 @@ static tsolid_status group(tsolid_context *context, tsi_arena *arena, extraction
       x->block_first[x->n_blocks++] = e;
     x->block_of[e] = block;
   }
+  for (int block = 0, number = 0; block < x->n_blocks; block++)
+    for (int e = 0; e < space->n_elements; e++)
+      if (x->block_of[e] == block)
+        x->number[e] = ++number;
   return TSOLID_OK;
 }
 
@@ -323,28 +333,104 @@ static tsolid_status put_vectors(tsi_output *out, const vector_pool *pool) {
   return TSOLID_OK;
 }
 
-static tsolid_status put_document(tsi_output *out, const extraction *x) {
+/* ---- side sets ---------------------------------------------------------------------------------
+ */
+
+/* 1: the element's outer face lies in the region, 0: beside it, -1: across its border. */
+static int inside(const tsolid_solid *solid, const tsi_element *e, const tsolid_region *region) {
+  double end[3];
+  int axis = tsi_side_axis(region->side), high = region->side & 1, out = 0;
+  int along[2] = {tsi_side_s(region->side), tsi_side_t(region->side)};
+  tsolid_solid_boundary_point(solid, region->side, 0.0, 0.0, end);
+  if (e->block != 1 + region->side || e->box[high ? axis + 3 : axis] != end[axis])
+    return 0;
+  for (int d = 0; d < 2; d++) {
+    double low = e->box[along[d]], width = e->box[along[d] + 3] - low, near = 1e-9 * width;
+    if (low + width <= region->box[2 * d] + near || low >= region->box[2 * d + 1] - near)
+      return 0;
+    out |= low < region->box[2 * d] - near || low + width > region->box[2 * d + 1] + near;
+  }
+  return out ? -1 : 1;
+}
+
+static tsolid_status check_sets(tsolid_context *context, const tsolid_solid *solid,
+                                const tsolid_bext_options *options) {
+  for (int r = 0; r < options->n_regions; r++) {
+    const tsolid_region *region = &options->regions[r];
+    int n = 0;
+    if (!region->name || !*region->name || strpbrk(region->name, " \t\r\n") || region->side < 0 ||
+        region->side > 5)
+      return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
+                      "Region %d needs a side and a name without blanks", r);
+    for (int e = 0; e < solid->space->n_elements; e++) {
+      int in = inside(solid, &solid->space->element[e], region);
+      if (in < 0)
+        return tsi_fail(context, TSOLID_ERROR_REFUSED, stage,
+                        "The border of region '%s' cuts through elements: a side set is made of "
+                        "whole faces of elements",
+                        region->name);
+      n += in;
+    }
+    if (n == 0)
+      return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage, "Region '%s' is empty", region->name);
+  }
+  return TSOLID_OK;
+}
+
+static void put_sets(tsi_output *out, const extraction *x, const tsolid_bext_options *options) {
+  const tsolid_space *space = x->solid->space;
+  for (int r = 0; r < options->n_regions; r++) {
+    const tsolid_region *region = &options->regions[r];
+    int n = 0;
+    for (int pass = 0; pass < 2; pass++) {
+      if (pass) {
+        tsi_output_text(out, "$#SIDE SET ");
+        tsi_output_text(out, region->name);
+        put_row(out, 1, &n);
+      }
+      for (int e = 0; e < space->n_elements; e++) {
+        if (!inside(x->solid, &space->element[e], region))
+          continue;
+        n += !pass;
+        if (pass) {
+          tsi_output_text(out, "$#");
+          put_row(out, 2, (const int[2]){x->number[e], 1 + region->side});
+        }
+      }
+    }
+  }
+}
+
+/* ---- the document ------------------------------------------------------------------------------
+ */
+
+static tsolid_status put_document(tsi_output *out, const extraction *x,
+                                  const tsolid_bext_options *options, int not_proved) {
   int n_nodes = x->solid->space->n_inner + 2 * x->solid->space->n_surface, rational = 0;
   for (int k = 0; k < n_nodes && !rational; k++)
     rational = x->solid->control[4 * (size_t)k + 3] != 1.0;
   int patch[5] = {1, n_nodes, x->solid->space->n_elements, x->pool.n_vectors, rational};
-  tsi_output_text(out, "B E X T 2.0\n$# Solid T-spline, made by tsolid " TSOLID_VERSION "\n"
-                       "$#BLOCK 1 - PATCH\n");
+  tsi_output_text(out, "B E X T 2.0\n$# Solid T-spline, made by tsolid " TSOLID_VERSION "\n");
+  if (not_proved)
+    tsi_output_text(out, "$# The solid is NOT proved valid: det J > 0 is not certain.\n");
+  tsi_output_text(out, "$#BLOCK 1 - PATCH\n");
   put_row(out, 5, patch);
   tsi_output_text(out, "$#BLOCK 2 - NODES\n");
   put_nodes(out, x->solid, n_nodes);
   tsolid_status status = put_elements(out, x);
   if (!status)
     status = put_vectors(out, &x->pool);
+  if (options)
+    put_sets(out, x, options);
   tsi_output_text(out, "$#END FILE\n");
   return status;
 }
 
-tsolid_status tsolid_write_bext(tsolid_context *context, const tsolid_solid *solid,
+/* options NULL: neither side sets nor a proof. */
+static tsolid_status write_bext(tsolid_context *context, const tsolid_solid *solid,
+                                const tsolid_bext_options *options, int not_proved,
                                 const char *path) {
   tsi_output out;
-  if (!context || !solid || !path)
-    return TSOLID_ERROR_ARGUMENT;
   tsi_arena arena = tsi_arena_create(context);
   extraction x = {.solid = solid, .pool = {.allocator = &context->allocator}};
   tsolid_status status = extract(context, &arena, &x);
@@ -353,10 +439,36 @@ tsolid_status tsolid_write_bext(tsolid_context *context, const tsolid_solid *sol
   if (status)
     goto done;
   if (tsi_output_open(&out, context, stage, path) == TSOLID_OK)
-    status = put_document(&out, &x);
+    status = put_document(&out, &x, options, not_proved);
   status = tsi_output_close(&out, status);
 done:
   free_pool(&x.pool);
   tsi_arena_free(&arena);
   return status;
+}
+
+tsolid_status tsolid_write_bext(tsolid_context *context, const tsolid_solid *solid,
+                                const char *path) {
+  if (!context || !solid || !path)
+    return TSOLID_ERROR_ARGUMENT;
+  return write_bext(context, solid, NULL, 0, path);
+}
+
+tsolid_status tsolid_write_bext_sets(tsolid_context *context, const tsolid_solid *solid,
+                                     const tsolid_bext_options *options, const char *path) {
+  tsolid_certificate certificate;
+  if (!context || !solid || !options || options->n_regions < 0 ||
+      (options->n_regions > 0 && !options->regions) || !path)
+    return TSOLID_ERROR_ARGUMENT;
+  tsolid_status status = check_sets(context, solid, options);
+  if (!status)
+    status = tsolid_certify(context, solid, NULL, &certificate, NULL);
+  if (status)
+    return status;
+  if (certificate.verdict != TSOLID_POSITIVE && !options->allow_unproved)
+    return tsi_fail(context, TSOLID_ERROR_REFUSED, stage,
+                    "The solid is not proved valid near (%g, %g, %g): it is not written for "
+                    "analysis unless that is asked for",
+                    certificate.point[0], certificate.point[1], certificate.point[2]);
+  return write_bext(context, solid, options, certificate.verdict != TSOLID_POSITIVE, path);
 }

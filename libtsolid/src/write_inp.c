@@ -52,9 +52,8 @@ static void put_elements(tsi_output *out, const tsolid_hex *hex) {
   }
 }
 
-/* Nodes of S1..S6 among the 20 of an element. */
-static const signed char face_node[6][8] = {
-    {0, 1, 2, 3, 8, 9, 10, 11},  {4, 5, 6, 7, 12, 13, 14, 15}, {0, 1, 5, 4, 8, 17, 12, 16},
+const signed char tsi_hex_face_nodes[6][8] = {
+    {0, 3, 2, 1, 11, 10, 9, 8},  {4, 5, 6, 7, 12, 13, 14, 15}, {0, 1, 5, 4, 8, 17, 12, 16},
     {1, 2, 6, 5, 9, 18, 13, 17}, {2, 3, 7, 6, 10, 19, 14, 18}, {3, 0, 4, 7, 11, 16, 15, 19}};
 
 static void put_region(tsi_output *out, const tsolid_hex *hex, int region, unsigned char *mark) {
@@ -70,7 +69,7 @@ static void put_region(tsi_output *out, const tsolid_hex *hex, int region, unsig
     tsi_output_integer(out, face + 1);
     tsi_output_text(out, "\n");
     for (int m = 0; m < (hex->order == 2 ? 8 : 4); m++)
-      mark[hex->element[(size_t)element * (size_t)width + (size_t)face_node[face][m]]] = 1;
+      mark[hex->element[(size_t)element * (size_t)width + (size_t)tsi_hex_face_nodes[face][m]]] = 1;
   }
   tsi_output_text(out, "*NSET, NSET=");
   put_name(out, hex->region_name[region]);

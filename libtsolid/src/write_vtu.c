@@ -4,11 +4,12 @@
  * What readers insist on: cell type 79 with the points in VTK's order; a file version of at least
  * 2.1, below which VTK swaps edges; weights and degrees not only named but declared as the active
  * attributes RationalWeights and HigherOrderDegrees. Each cell has points of its own, Euclidean.
- * Arrays stand in one appended block, base64, little-endian, in the order of `arrays`. */
-#include <stdio.h>
-
+ *
+ * A field f = sum of c_A R_A is on an element (sum of f_i w_i B_i) / (sum of w_i B_i) with the
+ * weights w_i of the geometry: the Bezier coefficients f_i are those of sum of c_A w_A N_A, divided
+ * by w_i. VTK's rational interpolation of f_i is then f itself, as for the points. */
 #include "bernstein.h"
-#include "file_io.h"
+#include "vtu.h"
 
 static const char stage[] = "export";
 
@@ -106,48 +107,6 @@ static double worst_jacobian(const int degree[3], const double *net, double *pla
   return worst;
 }
 
-/* ---- base64 ------------------------------------------------------------------------------------
- */
-
-typedef struct writer {
-  tsi_output out;
-  const tsolid_solid *solid;
-  double *net; /* scratch: one element, and reordered */
-  double *reordered;
-  double *plane;
-  unsigned char pending[3];
-  int n_pending;
-} writer;
-
-static void flush_base64(writer *w) {
-  static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const unsigned char *b = w->pending;
-  if (w->n_pending == 0)
-    return;
-  for (int k = w->n_pending; k < 3; k++)
-    w->pending[k] = 0;
-  char text[4] = {digits[b[0] >> 2], digits[(b[0] & 3) << 4 | b[1] >> 4],
-                  digits[(b[1] & 15) << 2 | b[2] >> 6], digits[b[2] & 63]};
-  for (int k = w->n_pending + 1; k < 4; k++)
-    text[k] = '=';
-  tsi_output_add(&w->out, text, 4);
-  w->n_pending = 0;
-}
-
-static void put_word(writer *w, uint64_t value, int size) {
-  for (int k = 0; k < size; k++) {
-    w->pending[w->n_pending++] = (unsigned char)(value >> 8 * k & 255);
-    if (w->n_pending == 3)
-      flush_base64(w);
-  }
-}
-
-static void put_double(writer *w, double value) {
-  uint64_t bits;
-  memcpy(&bits, &value, sizeof bits);
-  put_word(w, bits, 8);
-}
-
 /* ---- arrays ------------------------------------------------------------------------------------
  */
 
@@ -163,39 +122,48 @@ typedef enum array_id {
   N_ARRAYS
 } array_id;
 
-typedef struct array_form {
-  const char *name, *type;
-  int size, n_components, of_points; /* bytes of a number; one tuple per point or per cell */
-} array_form;
+static const tsi_vtu_array arrays[N_ARRAYS] = {{"RationalWeights", "Float64", 8, 1},
+                                               {"HigherOrderDegrees", "Int32", 4, 3},
+                                               {"Block", "Int32", 4, 1},
+                                               {"ScaledJacobian", "Float64", 8, 1},
+                                               {"Points", "Float64", 8, 3},
+                                               {"connectivity", "Int64", 8, 1},
+                                               {"offsets", "Int64", 8, 1},
+                                               {"types", "UInt8", 1, 1}};
 
-static const array_form arrays[N_ARRAYS] = {{"RationalWeights", "Float64", 8, 1, 1},
-                                            {"HigherOrderDegrees", "Int32", 4, 3, 0},
-                                            {"Block", "Int32", 4, 1, 0},
-                                            {"ScaledJacobian", "Float64", 8, 1, 0},
-                                            {"Points", "Float64", 8, 3, 1},
-                                            {"connectivity", "Int64", 8, 1, 1},
-                                            {"offsets", "Int64", 8, 1, 0},
-                                            {"types", "UInt8", 1, 1, 0}};
+typedef struct writer {
+  tsi_vtu vtu;
+  const tsolid_solid *solid;
+  uint64_t n_points;
+  int n_fields;
+  const tsolid_field *field;
+  double **weighted; /* coefficients times weights, of each field */
+  double *net;       /* scratch: one element, and reordered */
+  double *reordered;
+  double *plane;
+} writer;
 
-static uint64_t array_bytes(const array_form *form, uint64_t n_points, uint64_t n_cells) {
-  return (uint64_t)form->size * (uint64_t)form->n_components *
-         (form->of_points ? n_points : n_cells);
+/* One tuple per point (else per cell). */
+static int of_points(array_id id) {
+  return id == ARRAY_WEIGHTS || id == ARRAY_POINTS || id == ARRAY_CONNECTIVITY;
+}
+
+/* The rows of n numbers of a net in VTK's order. */
+static void reorder(const int degree[3], const double *row, int n, double *to) {
+  for (int k = 0; k <= degree[2]; k++)
+    for (int j = 0; j <= degree[1]; j++)
+      for (int i = 0; i <= degree[0]; i++, row += n)
+        memcpy(to + (size_t)n * (size_t)vtk_index(degree, i, j, k), row, (size_t)n * sizeof *to);
 }
 
 /* The element's control points (x, y, z, w) in VTK's order. */
 static const double *load_cell(writer *w, int element) {
-  const tsolid_space *space = w->solid->space;
-  const int *degree = space->element[element].degree;
-  const double *row = w->net;
-  tsi_element_net(space, w->solid->control, 4, element, w->net);
-  for (int k = 0; k <= degree[2]; k++)
-    for (int j = 0; j <= degree[1]; j++)
-      for (int i = 0; i <= degree[0]; i++, row += 4) {
-        double *to = w->reordered + 4 * (size_t)vtk_index(degree, i, j, k);
-        for (int c = 0; c < 3; c++)
-          to[c] = row[c] / row[3];
-        to[3] = row[3];
-      }
+  const int *degree = w->solid->space->element[element].degree;
+  tsi_element_net(w->solid->space, w->solid->control, 4, element, w->net);
+  reorder(degree, w->net, 4, w->reordered);
+  for (size_t k = 0; k < count_points(degree); k++)
+    for (size_t c = 0; c < 3; c++)
+      w->reordered[4 * k + c] /= w->reordered[4 * k + 3];
   return w->reordered;
 }
 
@@ -205,139 +173,205 @@ static void put_cell(writer *w, array_id id, int element, uint64_t first, uint64
   switch (id) {
   case ARRAY_WEIGHTS:
     for (uint64_t k = 0; k < n; k++)
-      put_double(w, points[4 * k + 3]);
+      tsi_vtu_double(&w->vtu, points[4 * k + 3]);
     break;
   case ARRAY_POINTS:
     for (uint64_t k = 0; k < 3 * n; k++)
-      put_double(w, points[4 * (k / 3) + k % 3]);
+      tsi_vtu_double(&w->vtu, points[4 * (k / 3) + k % 3]);
     break;
   case ARRAY_DEGREES:
     for (int a = 0; a < 3; a++)
-      put_word(w, (uint64_t)e->degree[a], 4);
+      tsi_vtu_word(&w->vtu, (uint64_t)e->degree[a], 4);
     break;
   case ARRAY_BLOCK:
-    put_word(w, (uint64_t)e->block, 4);
+    tsi_vtu_word(&w->vtu, (uint64_t)e->block, 4);
     break;
   case ARRAY_JACOBIAN:
     tsi_element_net(w->solid->space, w->solid->control, 4, element, w->net);
-    put_double(w, worst_jacobian(e->degree, w->net, w->plane));
+    tsi_vtu_double(&w->vtu, worst_jacobian(e->degree, w->net, w->plane));
     break;
   case ARRAY_CONNECTIVITY:
     for (uint64_t k = 0; k < n; k++)
-      put_word(w, first + k, 8);
+      tsi_vtu_word(&w->vtu, first + k, 8);
     break;
   case ARRAY_OFFSETS:
-    put_word(w, first + n, 8);
+    tsi_vtu_word(&w->vtu, first + n, 8);
     break;
   default:
-    put_word(w, BEZIER_HEXAHEDRON, 1);
+    tsi_vtu_word(&w->vtu, BEZIER_HEXAHEDRON, 1);
     break;
   }
 }
 
-static tsolid_status put_array(writer *w, array_id id, uint64_t n_points) {
+static tsolid_status tell(writer *w, int done, int element) {
+  if (element % 256 != 0)
+    return TSOLID_OK;
+  double fraction = done + element / (double)w->solid->space->n_elements;
+  return tsi_progress(w->vtu.out.context, stage, fraction / (N_ARRAYS + w->n_fields));
+}
+
+static tsolid_status put_array(writer *w, array_id id) {
   const tsolid_space *space = w->solid->space;
   uint64_t first = 0;
-  put_word(w, array_bytes(&arrays[id], n_points, (uint64_t)space->n_elements), 8);
-  flush_base64(w); /* the length is a base64 text of its own */
-  for (int e = 0; e < space->n_elements && w->out.status == TSOLID_OK; e++) {
+  tsolid_status status = TSOLID_OK;
+  tsi_vtu_begin(&w->vtu, &arrays[id], of_points(id) ? w->n_points : (uint64_t)space->n_elements);
+  for (int e = 0; e < space->n_elements && !w->vtu.out.status && !status; e++) {
     uint64_t n = count_points(space->element[e].degree);
     put_cell(w, id, e, first, n);
     first += n;
-    if (e % 256 == 0) {
-      double fraction = ((double)id + e / (double)space->n_elements) / N_ARRAYS;
-      tsolid_status status = tsi_progress(w->out.context, stage, fraction);
-      if (status != TSOLID_OK)
-        return status;
-    }
+    status = tell(w, (int)id + (id > ARRAY_WEIGHTS ? w->n_fields : 0), e);
   }
-  flush_base64(w);
+  tsi_vtu_flush(&w->vtu);
+  return status;
+}
+
+/* ---- fields ------------------------------------------------------------------------------------
+ */
+
+static tsi_vtu_array field_form(const tsolid_field *field) {
+  return (tsi_vtu_array){field->name, "Float64", 8, field->n_components};
+}
+
+static tsolid_status put_field(writer *w, int k) {
+  const tsolid_space *space = w->solid->space;
+  tsi_vtu_array form = field_form(&w->field[k]);
+  size_t c = (size_t)form.n_components;
+  tsolid_status status = TSOLID_OK;
+  tsi_vtu_begin(&w->vtu, &form, w->n_points);
+  for (int e = 0; e < space->n_elements && !w->vtu.out.status && !status; e++) {
+    const int *degree = space->element[e].degree;
+    const double *points = load_cell(w, e);
+    double *values = w->net + 4 * count_points(degree),
+           *ordered = values + c * count_points(degree);
+    tsi_element_net(space, w->weighted[k], form.n_components, e, values);
+    reorder(degree, values, form.n_components, ordered);
+    for (size_t i = 0; i < c * count_points(degree); i++)
+      tsi_vtu_double(&w->vtu, ordered[i] / points[4 * (i / c) + 3]);
+    status = tell(w, 1 + k, e);
+  }
+  tsi_vtu_flush(&w->vtu);
+  return status;
+}
+
+static int bad_name(const char *name) {
+  if (!name || !*name)
+    return 1;
+  for (; *name; name++)
+    if ((unsigned char)*name < ' ')
+      return 1;
+  return 0;
+}
+
+static tsolid_status check_fields(tsolid_context *context, const tsolid_solid *solid, int n_fields,
+                                  const tsolid_field *field) {
+  size_t n = (size_t)solid->space->n_inner + 2 * (size_t)solid->space->n_surface;
+  for (int k = 0; k < n_fields; k++) {
+    const tsolid_field *f = &field[k];
+    int taken = bad_name(f->name) || strcmp(f->name, arrays[ARRAY_WEIGHTS].name) == 0;
+    for (int m = 0; m < k && !taken; m++)
+      taken = strcmp(f->name, field[m].name) == 0;
+    if (taken)
+      return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
+                      "Field %d needs a name of its own, without control characters", k);
+    if ((f->n_components != 1 && f->n_components != 3) || !f->coefficient)
+      return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
+                      "Field '%s' needs coefficients with 1 or 3 components", f->name);
+    for (size_t i = 0; i < n * (size_t)f->n_components; i++)
+      if (!isfinite(f->coefficient[i]))
+        return tsi_fail(context, TSOLID_ERROR_INPUT, stage,
+                        "Field '%s': a coefficient of function %zu is not finite", f->name,
+                        i / (size_t)f->n_components);
+  }
   return TSOLID_OK;
+}
+
+/* Coefficients times weights of all fields. */
+static int weigh_fields(tsi_arena *arena, writer *w) {
+  size_t n = (size_t)w->solid->space->n_inner + 2 * (size_t)w->solid->space->n_surface;
+  w->weighted = tsi_arena_new(arena, (size_t)w->n_fields, sizeof *w->weighted);
+  for (int k = 0; w->weighted && k < w->n_fields; k++) {
+    size_t c = (size_t)w->field[k].n_components;
+    w->weighted[k] = tsi_arena_new(arena, n, c * sizeof(double));
+    if (!w->weighted[k])
+      return 0;
+    for (size_t i = 0; i < c * n; i++)
+      w->weighted[k][i] = w->field[k].coefficient[i] * w->solid->control[4 * (i / c) + 3];
+  }
+  return w->weighted != NULL;
 }
 
 /* ---- the document ------------------------------------------------------------------------------
  */
 
-static uint64_t base64_length(uint64_t bytes) {
-  return (bytes + 2) / 3 * 4;
-}
-
-/* Puts the element <DataArray> and moves *offset behind its data. */
-static void declare(writer *w, array_id id, uint64_t n_points, uint64_t *offset) {
-  const array_form *form = &arrays[id];
-  char text[256];
-  snprintf(text, sizeof text,
-           "    <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"appended\" "
-           "offset=\"%llu\"/>\n",
-           form->type, form->name, form->n_components, (unsigned long long)*offset);
-  tsi_output_text(&w->out, text);
+static void put_head(writer *w) {
+  tsi_output *out = &w->vtu.out;
   uint64_t n_cells = (uint64_t)w->solid->space->n_elements;
-  *offset += base64_length(8) + base64_length(array_bytes(form, n_points, n_cells));
-}
-
-static void put_head(writer *w, uint64_t n_points) {
-  uint64_t offset = 0;
-  tsi_output *out = &w->out;
-  tsi_output_text(out, "<?xml version=\"1.0\"?>\n"
-                       "<VTKFile type=\"UnstructuredGrid\" version=\"2.2\" "
-                       "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
-                       " <UnstructuredGrid>\n  <Piece NumberOfPoints=\"");
-  tsi_output_integer(out, (long long)n_points);
-  tsi_output_text(out, "\" NumberOfCells=\"");
-  tsi_output_integer(out, w->solid->space->n_elements);
-  tsi_output_text(out, "\">\n   <PointData RationalWeights=\"RationalWeights\">\n");
-  declare(w, ARRAY_WEIGHTS, n_points, &offset);
+  tsi_vtu_head(&w->vtu);
+  tsi_vtu_piece(&w->vtu, w->n_points, n_cells);
+  tsi_output_text(out, "   <PointData RationalWeights=\"RationalWeights\">\n");
+  tsi_vtu_declare(&w->vtu, &arrays[ARRAY_WEIGHTS], w->n_points);
+  for (int k = 0; k < w->n_fields; k++) {
+    tsi_vtu_array form = field_form(&w->field[k]);
+    tsi_vtu_declare(&w->vtu, &form, w->n_points);
+  }
   tsi_output_text(out, "   </PointData>\n   <CellData HigherOrderDegrees=\"HigherOrderDegrees\" "
                        "Scalars=\"ScaledJacobian\">\n");
-  declare(w, ARRAY_DEGREES, n_points, &offset);
-  declare(w, ARRAY_BLOCK, n_points, &offset);
-  declare(w, ARRAY_JACOBIAN, n_points, &offset);
+  for (int id = ARRAY_DEGREES; id <= ARRAY_JACOBIAN; id++)
+    tsi_vtu_declare(&w->vtu, &arrays[id], n_cells);
   tsi_output_text(out, "   </CellData>\n   <Points>\n");
-  declare(w, ARRAY_POINTS, n_points, &offset);
+  tsi_vtu_declare(&w->vtu, &arrays[ARRAY_POINTS], w->n_points);
   tsi_output_text(out, "   </Points>\n   <Cells>\n");
-  declare(w, ARRAY_CONNECTIVITY, n_points, &offset);
-  declare(w, ARRAY_OFFSETS, n_points, &offset);
-  declare(w, ARRAY_TYPES, n_points, &offset);
-  tsi_output_text(out, "   </Cells>\n  </Piece>\n </UnstructuredGrid>\n"
-                       " <AppendedData encoding=\"base64\">\n_");
+  tsi_vtu_declare(&w->vtu, &arrays[ARRAY_CONNECTIVITY], w->n_points);
+  tsi_vtu_declare(&w->vtu, &arrays[ARRAY_OFFSETS], n_cells);
+  tsi_vtu_declare(&w->vtu, &arrays[ARRAY_TYPES], n_cells);
+  tsi_output_text(out, "   </Cells>\n");
+  tsi_vtu_data(&w->vtu);
 }
 
 static tsolid_status put_document(writer *w) {
   const tsolid_space *space = w->solid->space;
-  uint64_t n_points = 0;
-  tsolid_status status = TSOLID_OK;
   for (int e = 0; e < space->n_elements; e++)
-    n_points += count_points(space->element[e].degree);
-  put_head(w, n_points);
-  for (int id = 0; id < N_ARRAYS && status == TSOLID_OK; id++)
-    status = put_array(w, (array_id)id, n_points);
-  tsi_output_text(&w->out, "\n </AppendedData>\n</VTKFile>\n");
+    w->n_points += count_points(space->element[e].degree);
+  put_head(w);
+  tsolid_status status = put_array(w, ARRAY_WEIGHTS);
+  for (int k = 0; k < w->n_fields && !status; k++)
+    status = put_field(w, k);
+  for (int id = ARRAY_DEGREES; id < N_ARRAYS && !status; id++)
+    status = put_array(w, (array_id)id);
+  tsi_vtu_end(&w->vtu);
+  return status;
+}
+
+tsolid_status tsolid_write_vtu_fields(tsolid_context *context, const tsolid_solid *solid,
+                                      int n_fields, const tsolid_field *field, const char *path) {
+  size_t n_max = 1;
+  if (!context || !solid || !path || n_fields < 0 || (n_fields > 0 && !field))
+    return TSOLID_ERROR_ARGUMENT;
+  writer w = {.solid = solid, .n_fields = n_fields, .field = field};
+  tsi_arena arena = tsi_arena_create(context);
+  tsolid_status status = check_fields(context, solid, n_fields, field);
+  if (status)
+    goto done;
+  for (int e = 0; e < solid->space->n_elements; e++) {
+    size_t n = count_points(solid->space->element[e].degree);
+    n_max = n > n_max ? n : n_max;
+  }
+  w.net = tsi_arena_new(&arena, n_max, (4 + 2 * 3) * sizeof *w.net); /* and a field's, twice */
+  w.reordered = tsi_arena_new(&arena, n_max, 4 * sizeof *w.reordered);
+  w.plane = tsi_arena_new(&arena, n_max, 4 * sizeof *w.plane); /* twice a net without one degree */
+  if (!w.net || !w.reordered || !w.plane || !weigh_fields(&arena, &w)) {
+    status = tsi_no_memory(context, stage);
+    goto done;
+  }
+  if (tsi_output_open(&w.vtu.out, context, stage, path) == TSOLID_OK)
+    status = put_document(&w);
+  status = tsi_output_close(&w.vtu.out, status);
+done:
+  tsi_arena_free(&arena);
   return status;
 }
 
 tsolid_status tsolid_write_vtu(tsolid_context *context, const tsolid_solid *solid,
                                const char *path) {
-  writer w = {.solid = solid};
-  size_t n_max = 1;
-  tsolid_status status = TSOLID_OK;
-  if (!context || !solid || !path)
-    return TSOLID_ERROR_ARGUMENT;
-  tsi_arena arena = tsi_arena_create(context);
-  for (int e = 0; e < solid->space->n_elements; e++) {
-    size_t n = count_points(solid->space->element[e].degree);
-    n_max = n > n_max ? n : n_max;
-  }
-  w.net = tsi_arena_new(&arena, n_max, 4 * sizeof *w.net);
-  w.reordered = tsi_arena_new(&arena, n_max, 4 * sizeof *w.reordered);
-  w.plane = tsi_arena_new(&arena, n_max, 4 * sizeof *w.plane); /* twice a net without one degree */
-  if (!w.net || !w.reordered || !w.plane) {
-    status = tsi_no_memory(context, stage);
-    goto done;
-  }
-  if (tsi_output_open(&w.out, context, stage, path) == TSOLID_OK)
-    status = put_document(&w);
-  status = tsi_output_close(&w.out, status);
-done:
-  tsi_arena_free(&arena);
-  return status;
+  return tsolid_write_vtu_fields(context, solid, 0, NULL, path);
 }

@@ -8,11 +8,19 @@
 
 import os
 from array import array
-from ctypes import POINTER, byref, c_double, c_int, c_void_p
+from ctypes import POINTER, byref, c_double, c_int, c_void_p, cast
 
 from . import header
 from .binding import _doubles, _Handle, _view
 from .header import MatrixKind  # noqa: F401  (part of this module's face)
+
+
+def _region_structs(regions):
+    structs = (header.RegionStruct * max(1, len(regions)))()
+    for struct, (name, side, box) in zip(structs, regions):
+        struct.name, struct.side = name.encode("utf-8"), side
+        struct.box[:] = box
+    return structs
 
 
 class HexMesh(_Handle):
@@ -34,10 +42,7 @@ class HexMesh(_Handle):
         allow_unproved=False,
         regions=(),
     ):
-        structs = (header.RegionStruct * max(1, len(regions)))()
-        for struct, (name, side, box) in zip(structs, regions):
-            struct.name, struct.side = name.encode("utf-8"), side
-            struct.box[:] = box
+        structs = _region_structs(regions)
         options = header.HexOptions(
             order=order,
             size=size,
@@ -97,6 +102,9 @@ class HexMesh(_Handle):
 
     def write_inp(self, context, path):
         context.call("tsolid_write_inp", self.handle, os.fsencode(path))
+
+    def write_vtu(self, context, path):
+        context.call("tsolid_write_hex_vtu", self.handle, os.fsencode(path))
 
 
 class Matrix(_Handle):
@@ -196,3 +204,29 @@ class Bext(_Handle):
 
 def write_bext(context, solid, path):
     context.call("tsolid_write_bext", solid.handle, os.fsencode(path))
+
+
+def write_bext_sets(context, solid, path, regions=(), allow_unproved=False):
+    """With regions as side sets; raises binding.Refused for a solid that is not proved valid."""
+    options = header.BextOptions(len(regions), _region_structs(regions), bool(allow_unproved))
+    context.call("tsolid_write_bext_sets", solid.handle, byref(options), os.fsencode(path))
+
+
+def write_extraction(context, solid, path):
+    """Extraction operators as one plain binary file."""
+    context.call("tsolid_write_extraction", solid.handle, os.fsencode(path))
+
+
+def write_vtu_fields(context, solid, path, fields):
+    """fields: {name: coefficients}, one number or a row of three per function of the solid."""
+    n, keep = solid.space.n_functions, []
+    structs = (header.FieldStruct * max(1, len(fields)))()
+    for struct, (name, coefficients) in zip(structs, fields.items()):
+        memory, count = _doubles(coefficients)
+        if count not in (n, 3 * n):
+            raise ValueError("field %s: %d numbers for %d functions" % (name, count, n))
+        keep.append(memory)
+        struct.name, struct.n_components = name.encode("utf-8"), count // n
+        struct.coefficient = cast(memory, POINTER(c_double))
+    path = os.fsencode(path)
+    context.call("tsolid_write_vtu_fields", solid.handle, len(fields), structs, path)

@@ -498,6 +498,18 @@ class HexView(ctypes.Structure):
     ]
 
 
+class FieldStruct(ctypes.Structure):
+    _fields_ = [("name", c_char_p), ("n_components", c_int), ("coefficient", _doubles)]
+
+
+class BextOptions(ctypes.Structure):
+    _fields_ = [
+        ("n_regions", c_int),
+        ("regions", POINTER(RegionStruct)),
+        ("allow_unproved", c_int),
+    ]
+
+
 class BextView(ctypes.Structure):
     _fields_ = [
         ("patch", c_int),
@@ -564,6 +576,8 @@ STRUCTS = {
     "tsolid_region": RegionStruct,
     "tsolid_hex_options": HexOptions,
     "tsolid_hex_view": HexView,
+    "tsolid_field": FieldStruct,
+    "tsolid_bext_options": BextOptions,
     "tsolid_bext_view": BextView,
     "tsolid_material": Material,
     "tsolid_matrix_view": MatrixView,
@@ -676,8 +690,15 @@ FUNCTIONS = {
     "tsolid_read_tsolid": (c_int, [_handle, c_char_p, _handle_out]),
     "tsolid_write_svg": (c_int, [_handle, _handle, c_char_p]),
     "tsolid_write_vtu": (c_int, [_handle, _handle, c_char_p]),
+    "tsolid_write_vtu_fields": (
+        c_int,
+        [_handle, _handle, c_int, POINTER(FieldStruct), c_char_p],
+    ),
     "tsolid_write_inp": (c_int, [_handle, _handle, c_char_p]),
+    "tsolid_write_hex_vtu": (c_int, [_handle, _handle, c_char_p]),
     "tsolid_write_bext": (c_int, [_handle, _handle, c_char_p]),
+    "tsolid_write_bext_sets": (c_int, [_handle, _handle, POINTER(BextOptions), c_char_p]),
+    "tsolid_write_extraction": (c_int, [_handle, _handle, c_char_p]),
     "tsolid_read_bext": (c_int, [_handle, c_char_p, _handle_out]),
     "tsolid_bext_free": (None, [_handle]),
     "tsolid_bext_get": (None, [_handle, POINTER(BextView)]),
