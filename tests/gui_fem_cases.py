@@ -4,6 +4,7 @@
 
 import os
 import shutil
+import sys
 import tempfile
 
 import FreeCAD as App
@@ -161,6 +162,8 @@ def solved_in_the_fem_workbench():
     load(doc, analysis, obj)
     if shutil.which("ccx") is not None:
         solve(doc, analysis)
+    else:
+        sys.stderr.write("not solved: there is no ccx\n")
     Gui.activateWorkbench("TsolidWorkbench")
     pump(0.3)
 

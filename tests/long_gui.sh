@@ -11,7 +11,7 @@ if [ "$(id -u)" != 0 ] || ! command -v mmdebstrap >/dev/null 2>&1; then
 fi
 roots=${TSOLID_TEST_ROOTS:-$check_base}
 packages=freecad,xvfb,xauth,python3-numpy,python3-matplotlib,libgl1-mesa-dri,gcc,libc6-dev,cmake
-packages=$packages,ninja-build,libcjson-dev,libsuitesparse-dev,liblbfgs-dev,zlib1g-dev
+packages=$packages,ninja-build,libcjson-dev,libsuitesparse-dev,liblbfgs-dev,zlib1g-dev,python3-vtk9
 
 # make_root RELEASE PACKAGE...
 make_root() {
