@@ -22,334 +22,25 @@
  * Source: S. Coons, Surfaces for computer-aided design of space forms (1967); G. Farin, Curves and
  * Surfaces for CAGD (2002), sections 22.1 to 22.3. In homogeneous form, and in a plane, ours. */
 #include "bernstein_product.h"
-#include "boundary_bound.h"
 #include "bspline.h"
 #include "coons.h"
-#include "quadrature.h"
+#include "planar_repair.h"
 
 static const double default_tolerance = 1e-7;
+/* Worse than this part of what the borders allow is poor; then this part is the goal, and a proved
+ * patch is given up only for one that is better by a factor. Near a singular corner every patch is
+ * poor: those are not touched when they are proved. */
+static const double poor = 0.5, good_enough = 0.8, worthwhile = 1.1;
+/* Rounds of refinement before a patch that folds, or one that is poor, is left as it is. */
+enum { REPAIR_ROUNDS = 4, QUALITY_ROUNDS = 1, MAX_REPAIRED = 1 << 16 };
 /* Coons weights below this part of the lightest border weight beside them are replaced. */
 static const double lightest_inside = 0.05;
-/* A border leg shorter than this part of the face gives no tangent. */
-static const double shortest_leg = 1e-12;
-
 struct tsolid_coons {
   tsi_allocator allocator;
   tsolid_patch patch;
   double *memory; /* knots, points, weights */
   char *text;     /* names */
 };
-
-typedef struct frame {
-  double origin[3], axis[2][3], normal[3];
-  double size; /* largest distance of a border control point from the origin */
-} frame;
-
-typedef struct work {
-  tsolid_context *context;
-  tsi_arena *arena;
-  tsolid_coons_options options;
-  tsolid_coons_report *report;
-  char name[TSI_NAME_SIZE];
-  tsi_border border[4];
-  frame frame;
-  tsi_planar planar;
-  int singular; /* bits of corners */
-} work;
-
-/* ---- vectors --------------------------------------------------------------------------------- */
-
-static double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double c[3]) {
-  c[0] = a[1] * b[2] - a[2] * b[1];
-  c[1] = a[2] * b[0] - a[0] * b[2];
-  c[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static int normalise(double a[3]) {
-  double length = sqrt(dot(a, a));
-  if (!(length > 0.0) || !isfinite(length))
-    return 0;
-  for (int c = 0; c < 3; c++)
-    a[c] /= length;
-  return 1;
-}
-
-static void flatten(const frame *f, const double x[3], double flat[2]) {
-  double d[3] = {x[0] - f->origin[0], x[1] - f->origin[1], x[2] - f->origin[2]};
-  flat[0] = dot(d, f->axis[0]);
-  flat[1] = dot(d, f->axis[1]);
-}
-
-static void place(const frame *f, const double flat[2], double x[3]) {
-  for (int c = 0; c < 3; c++)
-    x[c] = f->origin[c] + (flat[0] * f->axis[0][c] + flat[1] * f->axis[1][c]);
-}
-
-static tsolid_finding refusal_at(const double point[3]) {
-  tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, TSI_COONS_STAGE);
-  finding.has_point = 1;
-  memcpy(finding.point, point, sizeof finding.point);
-  return finding;
-}
-
-/* ---- the plane ------------------------------------------------------------------------------- */
-
-/* One Jacobi rotation of the symmetric matrix a that makes a[p][q] zero; v collects rotations. */
-static void rotate(double a[3][3], double v[3][3], int p, int q) {
-  if (a[p][q] == 0.0)
-    return;
-  double theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-  double t = (theta >= 0.0 ? 1.0 : -1.0) / (fabs(theta) + sqrt(theta * theta + 1.0));
-  double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
-  for (int k = 0; k < 3; k++) {
-    double x = a[k][p], y = a[k][q];
-    a[k][p] = c * x - s * y;
-    a[k][q] = s * x + c * y;
-  }
-  for (int k = 0; k < 3; k++) {
-    double x = a[p][k], y = a[q][k];
-    a[p][k] = c * x - s * y;
-    a[q][k] = s * x + c * y;
-    x = v[k][p];
-    y = v[k][q];
-    v[k][p] = c * x - s * y;
-    v[k][q] = s * x + c * y;
-  }
-}
-
-/* The direction in which the border control points, relative to the origin, spread least. */
-static void fit_normal(const work *w, double normal[3]) {
-  double a[3][3] = {{0.0}}, v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, mean[3] = {0.0}, n = 0.0;
-  for (int pass = 0; pass < 2; pass++) {
-    for (int k = 0; k < 4; k++)
-      for (int i = 0; i < w->border[k].curve.n[0]; i++) {
-        double d[3];
-        for (int c = 0; c < 3; c++)
-          d[c] = (w->border[k].point[3 * i + c] - w->frame.origin[c]) / w->frame.size - mean[c];
-        for (int c = 0; c < 3; c++)
-          for (int e = 0; e < 3; e++)
-            a[c][e] += pass ? d[c] * d[e] : 0.0;
-        for (int c = 0; c < 3 && !pass; c++)
-          normal[c] = (i || k ? normal[c] : 0.0) + d[c];
-        n += !pass;
-      }
-    for (int c = 0; c < 3; c++)
-      mean[c] = normal[c] / n;
-  }
-  for (int sweep = 0; sweep < 12; sweep++) {
-    rotate(a, v, 0, 1);
-    rotate(a, v, 0, 2);
-    rotate(a, v, 1, 2);
-  }
-  int least = a[0][0] <= a[1][1] ? 0 : 1;
-  least = a[2][2] < a[least][least] ? 2 : least;
-  for (int c = 0; c < 3; c++)
-    normal[c] = v[c][least];
-}
-
-/* The middle of the borders' bounding box; the size. */
-static tsolid_status find_middle(work *w) {
-  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-  frame *f = &w->frame;
-  for (int k = 0; k < 4; k++)
-    for (int i = 0; i < 3 * w->border[k].curve.n[0]; i++) {
-      low[i % 3] = fmin(low[i % 3], w->border[k].point[i]);
-      high[i % 3] = fmax(high[i % 3], w->border[k].point[i]);
-    }
-  f->size = 0.0;
-  for (int c = 0; c < 3; c++) {
-    f->origin[c] = low[c] == high[c] ? low[c] : 0.5 * low[c] + 0.5 * high[c];
-    f->size = hypot(f->size, 0.5 * (high[c] - low[c]));
-  }
-  if (!(f->size > 0.0))
-    return tsi_fail(w->context, TSOLID_ERROR_REFUSED, TSI_COONS_STAGE,
-                    "The four borders of %s are one point", w->name);
-  return TSOLID_OK;
-}
-
-/* Axes of the plane: of two coordinate directions, for a plane across the third. */
-static void find_axes(frame *f) {
-  int a = 0;
-  for (int c = 1; c < 3; c++)
-    if (fabs(f->normal[c]) < fabs(f->normal[a]))
-      a = c;
-  for (int c = 0; c < 3; c++)
-    f->axis[0][c] = (c == a ? 1.0 : 0.0) - f->normal[a] * f->normal[c];
-  (void)normalise(f->axis[0]);
-  cross(f->normal, f->axis[0], f->axis[1]);
-}
-
-/* Moves the origin along the normal to the middle of the control points; the farthest of them. */
-static tsolid_status check_plane(work *w) {
-  frame *f = &w->frame;
-  double low = INFINITY, high = -INFINITY, worst = -1.0, at[3] = {0.0, 0.0, 0.0};
-  int worst_border = 0;
-  for (int pass = 0; pass < 2; pass++) {
-    for (int k = 0; k < 4; k++)
-      for (int i = 0; i < w->border[k].curve.n[0]; i++) {
-        const double *x = w->border[k].point + 3 * (ptrdiff_t)i;
-        double d[3] = {x[0] - f->origin[0], x[1] - f->origin[1], x[2] - f->origin[2]};
-        double h = dot(d, f->normal);
-        low = fmin(low, h);
-        high = fmax(high, h);
-        if (pass && fabs(h) > worst) {
-          worst = fabs(h);
-          memcpy(at, x, sizeof at);
-          worst_border = k;
-        }
-      }
-    for (int c = 0; c < 3 && !pass; c++)
-      f->origin[c] += 0.5 * (low + high) * f->normal[c];
-  }
-  w->report->plane_distance = worst;
-  memcpy(w->report->origin, f->origin, sizeof f->origin);
-  if (worst <= w->options.tolerance)
-    return TSOLID_OK;
-  tsolid_finding finding = refusal_at(at);
-  finding.measured = worst;
-  finding.allowed = w->options.tolerance;
-  return tsi_report(w->context, &finding,
-                    "%s is not planar: %s is up to %.6g away from the plane that fits best",
-                    w->name, w->border[worst_border].name, worst);
-}
-
-/* Twice the area swept by a border seen from the origin: integral of x dy - y dx. */
-static double sweep_area(const work *w, int k) {
-  const tsi_patch *c = &w->border[k].curve;
-  double node[TSI_MAX_GAUSS], weight[TSI_MAX_GAUSS], flat[2], area = 0.0;
-  double value[TSI_MAX_ORDER], slope[TSI_MAX_ORDER];
-  int p = c->degree[0], n_gauss = p + 12;
-  tsi_gauss(n_gauss, node, weight);
-  for (int s = p; s < c->n[0]; s++)
-    for (int q = 0; q < n_gauss && c->knots[0][s] < c->knots[0][s + 1]; q++) {
-      double t0 = c->knots[0][s], dt = c->knots[0][s + 1] - t0, h[3] = {0.0}, d[3] = {0.0};
-      int first = tsi_bspline_basis(p, c->n[0], c->knots[0], t0 + node[q] * dt, value, slope);
-      for (int i = 0; i <= p; i++) {
-        double weight_i = c->control[4 * (first + i) + 3];
-        flatten(&w->frame, w->border[k].point + 3 * (ptrdiff_t)(first + i), flat);
-        const double x[3] = {weight_i * flat[0], weight_i * flat[1], weight_i};
-        for (int e = 0; e < 3; e++) {
-          h[e] += value[i] * x[e];
-          d[e] += slope[i] * x[e];
-        }
-      }
-      area += weight[q] * dt * (h[0] * d[1] - h[1] * d[0]) / (h[2] * h[2]);
-    }
-  return area;
-}
-
-/* The normal is given or fitted; its sign is that of the loop. */
-static tsolid_status find_plane(work *w) {
-  frame *f = &w->frame;
-  tsolid_status status = find_middle(w);
-  if (status)
-    return status;
-  memcpy(f->normal, w->options.normal, sizeof f->normal);
-  if (f->normal[0] == 0.0 && f->normal[1] == 0.0 && f->normal[2] == 0.0)
-    fit_normal(w, f->normal);
-  if (!normalise(f->normal))
-    return tsi_fail(w->context, TSOLID_ERROR_ARGUMENT, TSI_COONS_STAGE,
-                    "The normal (%g, %g, %g) has no direction", w->options.normal[0],
-                    w->options.normal[1], w->options.normal[2]);
-  status = check_plane(w);
-  if (status)
-    return status;
-  find_axes(f);
-  double area = 0.5 * (sweep_area(w, 0) + sweep_area(w, 1) - sweep_area(w, 2) - sweep_area(w, 3));
-  w->report->area = fabs(area);
-  if (area < 0.0) {
-    for (int c = 0; c < 3; c++)
-      f->normal[c] = 0.0 - f->normal[c];
-    find_axes(f);
-  }
-  memcpy(w->report->normal, f->normal, sizeof f->normal);
-  if (!(fabs(area) > 1e-14 * f->size * f->size))
-    return tsi_fail(w->context, TSOLID_ERROR_REFUSED, TSI_COONS_STAGE,
-                    "The four borders of %s enclose no area", w->name);
-  return TSOLID_OK;
-}
-
-/* ---- corners and kinks ----------------------------------------------------------------------- */
-
-/* Unit tangent in the direction of the parameter beside control point i, towards i + step. */
-static int find_tangent(const work *w, int k, int i, int step, double t[2]) {
-  double a[2], b[2];
-  flatten(&w->frame, w->border[k].point + 3 * (ptrdiff_t)i, a);
-  flatten(&w->frame, w->border[k].point + 3 * (ptrdiff_t)(i + step), b);
-  double d[2] = {step * (b[0] - a[0]), step * (b[1] - a[1])}, length = hypot(d[0], d[1]);
-  t[0] = d[0] / length;
-  t[1] = d[1] / length;
-  return length > shortest_leg * w->frame.size;
-}
-
-static const char *name_corner(const work *w, int k) {
-  static const char *const word[4] = {"its corner (0,0)", "its corner (1,0)", "its corner (1,1)",
-                                      "its corner (0,1)"};
-  const char *own = w->options.corner_name[k];
-  return own && *own ? own : word[k];
-}
-
-static const double *corner_point(const work *w, int k) {
-  const tsi_border *along = &w->border[tsi_corner_border(k, 0)];
-  return along->point + 3 * (ptrdiff_t)(tsi_corner_end(k, 0) ? along->curve.n[0] - 1 : 0);
-}
-
-static tsolid_status check_corner(work *w, int k) {
-  const double pi = 3.14159265358979323846;
-  double t[2][2];
-  tsolid_finding finding = refusal_at(corner_point(w, k));
-  for (int d = 0; d < 2; d++) {
-    int b = tsi_corner_border(k, d), high = tsi_corner_end(k, d);
-    if (!find_tangent(w, b, high ? w->border[b].curve.n[0] - 1 : 0, high ? -1 : 1, t[d]))
-      return tsi_report(w->context, &finding,
-                        "%s has no direction at %s of %s: its control points coincide there",
-                        w->border[b].name, name_corner(w, k), w->name);
-  }
-  double sine = t[0][0] * t[1][1] - t[0][1] * t[1][0];
-  double cosine = (k & 1 ? -1.0 : 1.0) * (t[0][0] * t[1][0] + t[0][1] * t[1][1]);
-  if (fabs(sine) <= TSI_SINGULAR_TOLERANCE) {
-    tsolid_coons_report *r = w->report;
-    memcpy(r->singular[r->n_singular++], finding.point, sizeof finding.point);
-    w->singular |= 1 << k;
-    return TSOLID_OK;
-  }
-  w->report->bound = fmin(w->report->bound, sine);
-  if (sine > 0.0)
-    return TSOLID_OK;
-  finding.measured = 360.0 + atan2(sine, cosine) * 180.0 / pi;
-  finding.allowed = 180.0;
-  return tsi_report(w->context, &finding,
-                    "%s has an angle of %.6g degrees at %s, where %s and %s meet: a patch that "
-                    "does not fold needs less than 180 there. Choose other corners, or split the "
-                    "face",
-                    w->name, finding.measured, name_corner(w, k),
-                    w->border[tsi_corner_border(k, 0)].name,
-                    w->border[tsi_corner_border(k, 1)].name);
-}
-
-/* Where a border may turn suddenly: at inner knots that stand as often as the degree. */
-static tsolid_status check_kinks(work *w, int k) {
-  const tsi_patch *c = &w->border[k].curve;
-  int p = c->degree[0];
-  for (int i = p + 1; i < c->n[0]; i++) {
-    double low[2], high[2];
-    if (c->knots[0][i] != c->knots[0][i + p - 1] || c->knots[0][i] == c->knots[0][i - 1])
-      continue;
-    int at = i - 1; /* the control point on the curve */
-    tsolid_finding finding = refusal_at(w->border[k].point + 3 * (ptrdiff_t)at);
-    if (!find_tangent(w, k, at, -1, low) || !find_tangent(w, k, at, 1, high))
-      continue;
-    double half_turn = 0.5 * hypot(low[0] + high[0], low[1] + high[1]); /* its cosine */
-    w->report->bound = fmin(w->report->bound, half_turn);
-    if (half_turn <= TSI_SINGULAR_TOLERANCE)
-      return tsi_report(w->context, &finding, "%s turns back on itself", w->border[k].name);
-  }
-  return TSOLID_OK;
-}
 
 /* ---- the Coons patch ------------------------------------------------------------------------- */
 
@@ -360,7 +51,7 @@ static double greville(const tsi_planar *p, int d, int i) {
   return sum / p->degree[d];
 }
 
-static int allocate_planar(work *w) {
+static int allocate_planar(tsi_coons_work *w) {
   tsi_planar *p = &w->planar;
   for (int d = 0; d < 2; d++) {
     const tsi_patch *c = &w->border[d ? 3 : 0].curve;
@@ -375,7 +66,7 @@ static int allocate_planar(work *w) {
 }
 
 /* Fills the row of border k. Corners are those of the borders along u: see coons_border.c. */
-static void fill_border(work *w, int k) {
+static void fill_border(tsi_coons_work *w, int k) {
   tsi_planar *p = &w->planar;
   const tsi_border *b = &w->border[k];
   int across = k & 1, n = p->n[across];
@@ -385,7 +76,7 @@ static void fill_border(work *w, int k) {
     ptrdiff_t row = first + i * stride;
     if (across && (i == 0 || i == n - 1))
       continue;
-    flatten(&w->frame, b->point + 3 * (ptrdiff_t)i, p->point + 2 * row);
+    tsi_frame_flatten(&w->frame, b->point + 3 * (ptrdiff_t)i, p->point + 2 * row);
     p->weight[row] = b->curve.control[4 * i + 3];
   }
 }
@@ -437,7 +128,7 @@ static int fill_inside(tsi_planar *p, int logarithmic) {
   return 1;
 }
 
-static tsolid_status make_coons(work *w) {
+static tsolid_status make_coons(tsi_coons_work *w) {
   if (!allocate_planar(w))
     return tsi_no_memory(w->context, TSI_COONS_STAGE);
   for (int k = 0; k < 4; k++)
@@ -479,7 +170,8 @@ static const char *keep_name(tsolid_coons *coons, int slot, const char *name) {
 }
 
 /* Space points and weights; then p's points are the projections of what is there now. */
-static tsolid_status make_patch(work *w, const tsolid_curve border[4], tsolid_coons **coons) {
+static tsolid_status make_patch(tsi_coons_work *w, const tsolid_curve border[4],
+                                tsolid_coons **coons) {
   tsi_planar *p = &w->planar;
   tsolid_coons *c = new_coons(w->context, p);
   if (!c)
@@ -502,8 +194,8 @@ static tsolid_status make_patch(work *w, const tsolid_curve border[4], tsolid_co
       if (k >= 0)
         memcpy(point + 3 * row, w->border[k].point + 3 * (ptrdiff_t)at, 3 * sizeof *point);
       else
-        place(&w->frame, p->point + 2 * row, point + 3 * row);
-      flatten(&w->frame, point + 3 * row, p->point + 2 * row);
+        tsi_frame_place(&w->frame, p->point + 2 * row, point + 3 * row);
+      tsi_frame_flatten(&w->frame, point + 3 * row, p->point + 2 * row);
       weight[row] = p->weight[row];
       weighted |= weight[row] != 1.0;
     }
@@ -520,7 +212,7 @@ static tsolid_status make_patch(work *w, const tsolid_curve border[4], tsolid_co
 
 /* ---- certificate ----------------------------------------------------------------------------- */
 
-static tsolid_status certify(work *w, tsi_planar_outcome *outcome) {
+static tsolid_status certify(tsi_coons_work *w, tsi_planar_outcome *outcome) {
   double largest = 0.0;
   for (size_t i = 0; i < 2 * (size_t)w->planar.n[0] * (size_t)w->planar.n[1]; i++)
     largest = fmax(largest, fabs(w->planar.point[i]));
@@ -528,12 +220,10 @@ static tsolid_status certify(work *w, tsi_planar_outcome *outcome) {
    * part across the plane is below the tolerance */
   double error = 32.0 * TSI_ROUND_OFF * (largest + w->report->plane_distance);
   tsolid_status status = tsi_planar_certify(w->context, &w->planar, w->singular, error, outcome);
-  w->report->n_elements = outcome->n_elements;
-  w->report->depth = outcome->depth;
   return status;
 }
 
-static void evaluate(const work *w, const double u[2], double x[3]) {
+static void evaluate(const tsi_coons_work *w, const double u[2], double x[3]) {
   const tsi_planar *p = &w->planar;
   double value[2][TSI_MAX_ORDER], h[3] = {0.0, 0.0, 0.0}, flat[2];
   int first[2];
@@ -549,36 +239,20 @@ static void evaluate(const work *w, const double u[2], double x[3]) {
     }
   flat[0] = h[0] / h[2];
   flat[1] = h[1] / h[2];
-  place(&w->frame, flat, x);
+  tsi_frame_place(&w->frame, flat, x);
 }
 
-static tsolid_status refuse_fold(work *w, const tsi_planar_outcome *outcome) {
-  double x[3];
-  evaluate(w, outcome->u, x);
-  tsolid_finding finding = refusal_at(x);
-  const char *tried = w->report->repaired ? ", also with control points moved inside" : "";
-  if (outcome->verdict == TSOLID_NOT_POSITIVE)
-    return tsi_report(w->context, &finding,
-                      "The patch between the four borders of %s folds near (%.6g, %.6g, %.6g)%s. "
-                      "Split the face, or choose other corners",
-                      w->name, x[0], x[1], x[2], tried);
-  return tsi_report(w->context, &finding,
-                    "The patch between the four borders of %s cannot be proved not to fold near "
-                    "(%.6g, %.6g, %.6g)%s",
-                    w->name, x[0], x[1], x[2], tried);
-}
-
-static void note_singular(const work *w) {
+static void note_singular(const tsi_coons_work *w) {
   for (int k = 0; k < 4; k++) {
     if (!(w->singular >> k & 1))
       continue;
-    tsolid_finding finding = refusal_at(corner_point(w, k));
+    tsolid_finding finding = tsi_coons_finding(tsi_coons_corner_point(w, k));
     finding.severity = TSOLID_NOTE;
     finding.status = TSOLID_OK;
     tsi_report(w->context, &finding,
                "At %s of %s the two borders are tangent: det J is zero at this point, and proved "
                "positive beside it",
-               name_corner(w, k), w->name);
+               tsi_coons_corner_name(w, k), w->name);
   }
 }
 
@@ -598,7 +272,7 @@ void tsolid_coons_get(const tsolid_coons *coons, tsolid_patch *patch) {
     *patch = coons->patch;
 }
 
-static tsolid_status check_options(work *w, const tsolid_coons_options *options) {
+static tsolid_status check_options(tsi_coons_work *w, const tsolid_coons_options *options) {
   if (options)
     w->options = *options;
   const tsolid_coons_options *o = &w->options;
@@ -616,33 +290,132 @@ static tsolid_status check_options(work *w, const tsolid_coons_options *options)
   return TSOLID_OK;
 }
 
-static tsolid_status check_corners(work *w) {
-  tsolid_status status = TSOLID_OK;
-  for (int k = 0; !status && k < 4; k++)
-    status = check_corner(w, k);
-  for (int k = 0; !status && k < 4; k++)
-    status = check_kinks(w, k);
+/* A patch that is proved not to fold, and how good it is. */
+typedef struct attempt {
+  tsolid_coons *coons; /* NULL: none yet */
+  tsi_planar_outcome outcome;
+  tsi_planar_quality quality;
+  double where[3], worst_point[3]; /* of the outcome, of the quality */
+} attempt;
+
+/* The patch of the points as they are now, with its certificate and quality. */
+static tsolid_status make_attempt(tsi_coons_work *w, const tsolid_curve border[4], attempt *a) {
+  tsolid_status status = make_patch(w, border, &a->coons);
+  if (!status)
+    status = certify(w, &a->outcome);
+  if (!status)
+    status = tsi_planar_measure(w->context, &w->planar, w->singular, &a->quality);
+  if (!status) {
+    evaluate(w, a->outcome.u, a->where);
+    evaluate(w, a->quality.u, a->worst_point);
+  }
   return status;
 }
 
-static tsolid_status run(work *w, const tsolid_curve border[4], tsolid_coons **coons) {
-  tsi_planar_outcome outcome;
+/* More control points inside: at least cubic, and 2^round spans. */
+static tsolid_status refine(tsi_coons_work *w, int round) {
+  tsolid_coons_report *r = w->report;
+  tsolid_status status = TSOLID_OK;
+  for (int d = 0; !status && d < 2; d++) {
+    tsi_border *a = &w->border[d ? 3 : 0], *b = &w->border[d ? 1 : 2];
+    int degree = a->curve.degree[0];
+    status = tsi_borders_refine(w->context, w->arena, a, b, degree < 3 ? 3 : degree, 1 << round,
+                                &r->n_inside_degrees, &r->n_inside_knots);
+  }
+  return status ? status : make_coons(w);
+}
+
+static int has_inside(const tsi_planar *p) {
+  return p->n[0] > 2 && p->n[1] > 2;
+}
+
+/* Moves control points inside until the patch is proved not to fold and good enough; *best is what
+ * came out best, as proved, as it was when nothing better was found. */
+static tsolid_status repair(tsi_coons_work *w, const tsolid_curve border[4], attempt *best,
+                            tsolid_coons_report *best_report) {
+  double goal = good_enough * w->report->bound;
+  int proved = best->outcome.verdict == TSOLID_POSITIVE;
+  int last = proved ? QUALITY_ROUNDS : REPAIR_ROUNDS;
+  tsolid_status status = TSOLID_OK;
+  for (int round = has_inside(&w->planar) ? 0 : 1; !status && round <= last; round++) {
+    attempt next = {.coons = NULL};
+    if (round > 0)
+      status = refine(w, round);
+    if (!status && (size_t)w->planar.n[0] * (size_t)w->planar.n[1] > MAX_REPAIRED)
+      break;
+    if (!status)
+      status = tsi_planar_improve(w->context, &w->planar, w->singular, goal, round);
+    w->report->repaired = 1;
+    if (!status)
+      status = make_attempt(w, border, &next);
+    int next_proved = !status && next.outcome.verdict == TSOLID_POSITIVE;
+    if (next_proved ? !proved || next.quality.worst > worthwhile * best->quality.worst
+                    : !status && !proved) {
+      attempt old = *best;
+      *best = next;
+      next = old;
+      *best_report = *w->report;
+      proved = next_proved;
+    }
+    tsolid_coons_free(next.coons);
+    if (proved && best->quality.worst >= poor * w->report->bound)
+      break;
+  }
+  return status;
+}
+
+static tsolid_status refuse_fold(tsi_coons_work *w, const attempt *a) {
+  const double *x = a->where;
+  tsolid_finding finding = tsi_coons_finding(x);
+  const char *tried = w->report->repaired ? ", also with control points moved inside" : "";
+  if (a->outcome.verdict == TSOLID_NOT_POSITIVE)
+    return tsi_report(w->context, &finding,
+                      "The patch between the four borders of %s folds near (%.6g, %.6g, %.6g)%s. "
+                      "Split the face, or choose other corners",
+                      w->name, x[0], x[1], x[2], tried);
+  return tsi_report(w->context, &finding,
+                    "The patch between the four borders of %s cannot be proved not to fold near "
+                    "(%.6g, %.6g, %.6g)%s",
+                    w->name, x[0], x[1], x[2], tried);
+}
+
+static tsolid_status finish(tsi_coons_work *w, const attempt *best) {
+  tsolid_coons_report *r = w->report;
+  r->n_elements = best->outcome.n_elements;
+  r->depth = best->outcome.depth;
+  r->worst = best->quality.worst;
+  memcpy(r->worst_point, best->worst_point, sizeof r->worst_point);
+  if (best->outcome.verdict != TSOLID_POSITIVE)
+    return refuse_fold(w, best);
+  note_singular(w);
+  return TSOLID_OK;
+}
+
+static tsolid_status run(tsi_coons_work *w, const tsolid_curve border[4], tsolid_coons **coons) {
+  attempt best = {.coons = NULL};
   tsolid_status status =
       tsi_borders_read(w->context, w->arena, border, &w->options, w->border, w->report);
   if (!status)
-    status = find_plane(w);
+    status = tsi_coons_find_plane(w);
   if (!status)
-    status = check_corners(w);
+    status = tsi_coons_check_corners(w);
   if (!status)
     status = make_coons(w);
   if (!status)
-    status = make_patch(w, border, coons);
+    status = make_attempt(w, border, &best);
+  if (!status) {
+    int wanted = best.outcome.verdict != TSOLID_POSITIVE ||
+                 (!w->singular && best.quality.worst < poor * w->report->bound) ||
+                 w->options.repair == TSOLID_REPAIR_ALWAYS;
+    tsolid_coons_report report = *w->report;
+    report.start_worst = w->report->start_worst = best.quality.worst;
+    if (wanted && w->options.repair != TSOLID_REPAIR_NEVER)
+      status = repair(w, border, &best, &report);
+    *w->report = report;
+  }
   if (!status)
-    status = certify(w, &outcome);
-  if (!status && outcome.verdict != TSOLID_POSITIVE)
-    status = refuse_fold(w, &outcome);
-  if (!status)
-    note_singular(w);
+    status = finish(w, &best);
+  *coons = best.coons;
   return status;
 }
 
@@ -653,7 +426,7 @@ tsolid_status tsolid_coons_create(tsolid_context *context, const tsolid_curve bo
   if (!context || !border || !coons)
     return TSOLID_ERROR_ARGUMENT;
   *coons = NULL;
-  work w = {.context = context, .report = report ? report : &own};
+  tsi_coons_work w = {.context = context, .report = report ? report : &own};
   *w.report = (tsolid_coons_report){.weight_factor = {1.0, 1.0, 1.0, 1.0},
                                     .linear_border = -1,
                                     .linear_factor = {1.0, 1.0},

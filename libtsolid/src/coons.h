@@ -17,7 +17,8 @@ static const char *const TSI_COONS_STAGE = "coons";
  * where nothing was refined, bit for bit. */
 typedef struct tsi_border {
   tsi_patch curve; /* n[1] = 1, no knots across */
-  double *point;   /* n[0] rows of 3 */
+  double *point;   /* n_points rows of 3; those at the ends are never moved */
+  int n_points;    /* n[0] but while the curve is refined */
   int refined;
   char name[TSI_NAME_SIZE];
 } tsi_border;
@@ -26,6 +27,12 @@ typedef struct tsi_border {
 tsolid_status tsi_borders_read(tsolid_context *context, tsi_arena *arena,
                                const tsolid_curve border[4], const tsolid_coons_options *options,
                                tsi_border out[4], tsolid_coons_report *report);
+
+/* Opposite borders raised to `degree` and, span by span, halved until there are `n_spans`, exactly.
+ * Counts the raised degrees and the new knots of one of them. */
+tsolid_status tsi_borders_refine(tsolid_context *context, tsi_arena *arena, tsi_border *a,
+                                 tsi_border *b, int degree, int n_spans, int *n_degrees,
+                                 int *n_knots);
 
 /* Border of corner k ((u,v) = 00, 10, 11, 01) in direction d, and at which end of it. */
 static inline int tsi_corner_border(int k, int d) {
@@ -45,6 +52,42 @@ typedef struct tsi_planar {
   double *point;  /* rows of (x, y) */
   double *weight; /* > 0 */
 } tsi_planar;
+
+/* ---- plane and corners (coons_plane.c) ---------------------------------------------------------
+ */
+
+typedef struct tsi_frame {
+  double origin[3], axis[2][3], normal[3]; /* right-handed, of unit length */
+  double size;                             /* half the diagonal of the borders' bounding box */
+} tsi_frame;
+
+typedef struct tsi_coons_work {
+  tsolid_context *context;
+  tsi_arena *arena;
+  tsolid_coons_options options;
+  tsolid_coons_report *report;
+  char name[TSI_NAME_SIZE];
+  tsi_border border[4];
+  tsi_frame frame;
+  tsi_planar planar;
+  int singular; /* bits of corners 00, 10, 11, 01 where the borders are tangent */
+} tsi_coons_work;
+
+/* Coordinates in the plane, and back. */
+void tsi_frame_flatten(const tsi_frame *frame, const double x[3], double flat[2]);
+void tsi_frame_place(const tsi_frame *frame, const double flat[2], double x[3]);
+
+/* A refusal with a place. */
+tsolid_finding tsi_coons_finding(const double point[3]);
+
+/* The normal is given or fitted; its sign is that of the loop. */
+tsolid_status tsi_coons_find_plane(tsi_coons_work *work);
+
+/* Singular corners and the bound; refuses corners without room, and borders that turn back. */
+tsolid_status tsi_coons_check_corners(tsi_coons_work *work);
+
+const char *tsi_coons_corner_name(const tsi_coons_work *work, int corner);
+const double *tsi_coons_corner_point(const tsi_coons_work *work, int corner);
 
 /* ---- certificate (planar_certify.c) -------------------------------------------------------------
  */

@@ -114,6 +114,7 @@ static tsolid_status read_curve(tsolid_context *context, tsi_arena *arena,
   border->point = tsi_arena_new(arena, n, 3 * sizeof(double));
   if (!c->knots[0] || !c->control || !border->point)
     return tsi_no_memory(context, TSI_COONS_STAGE);
+  border->n_points = curve->n_control;
   tsi_knots_normalise(curve->n_control + curve->degree + 1, curve->knots, c->knots[0]);
   for (size_t i = 0; i < n; i++) {
     c->control[4 * i + 3] = curve->weights ? curve->weights[i] : 1.0;
@@ -288,15 +289,25 @@ static int same_knots(const tsi_patch *a, int n_to, const double *to) {
          memcmp(a->knots[0], to, (size_t)(n_to + a->degree[0] + 1) * sizeof *to) == 0;
 }
 
-static void divide_points(tsi_border *border) {
-  const double *h = border->curve.control;
-  for (int i = 0; i < border->curve.n[0]; i++, h += 4)
+/* Euclidean points of what was refined; those at the ends as they were, where a quotient may be off
+ * by a rounding. */
+static int divide_points(tsi_arena *arena, tsi_border *border) {
+  int n = border->curve.n[0];
+  const double *h = border->curve.control, *before = border->point;
+  double *point = tsi_arena_new(arena, (size_t)n, 3 * sizeof *point);
+  if (!point)
+    return 0;
+  for (int i = 0; i < n; i++, h += 4)
     for (int c = 0; c < 3; c++)
-      border->point[3 * i + c] = h[c] / h[3];
+      point[3 * i + c] = i == 0       ? before[c]
+                         : i == n - 1 ? before[3 * (border->n_points - 1) + c]
+                                      : h[c] / h[3];
+  border->point = point;
+  border->n_points = n;
+  return 1;
 }
 
-static int raise_border(tsi_arena *arena, tsi_border *border, int degree,
-                        tsolid_coons_report *report) {
+static int raise_border(tsi_arena *arena, tsi_border *border, int degree, int *n_raised) {
   tsi_patch *c = &border->curve;
   while (c->degree[0] < degree) {
     int n_to = tsi_knots_raise(c->degree[0], c->n[0], c->knots[0], NULL);
@@ -307,7 +318,7 @@ static int raise_border(tsi_arena *arena, tsi_border *border, int degree,
     if (!tsi_patch_refine(arena, c, 0, 1, n_to, to))
       return 0;
     border->refined = 1;
-    report->n_degrees_raised++;
+    (*n_raised)++;
   }
   return 1;
 }
@@ -322,7 +333,7 @@ static tsolid_status match_pair(tsolid_context *context, tsi_arena *arena, tsi_b
                     "curve would be torn there",
                     b->name, a->name);
   for (int k = 0; k < 2; k++)
-    if (!raise_border(arena, pair[k], degree, report))
+    if (!raise_border(arena, pair[k], degree, &report->n_degrees_raised))
       return tsi_no_memory(context, TSI_COONS_STAGE);
   size_t most = (size_t)(a->curve.n[0] + b->curve.n[0] + 2 * degree + 2);
   double *to = tsi_arena_new(arena, most, sizeof *to);
@@ -337,30 +348,61 @@ static tsolid_status match_pair(tsolid_context *context, tsi_arena *arena, tsi_b
       if (!tsi_patch_refine(arena, c, 0, 0, n_to, to))
         return tsi_no_memory(context, TSI_COONS_STAGE);
     }
-    if (!pair[k]->refined)
-      continue;
-    pair[k]->point = tsi_arena_new(arena, (size_t)n_to, 3 * sizeof(double));
-    if (!pair[k]->point)
+    if (pair[k]->refined && !divide_points(arena, pair[k]))
       return tsi_no_memory(context, TSI_COONS_STAGE);
-    divide_points(pair[k]);
   }
   return TSOLID_OK;
 }
 
-/* Quotients at the ends of refined borders may be off by a rounding: the corners as joined. */
-static void restore_corners(tsi_border b[4], double corner[4][3]) {
-  for (int k = 0; k < 4; k++)
-    for (int d = 0; d < 2; d++) {
-      tsi_border *border = &b[tsi_corner_border(k, d)];
-      memcpy(border->point + 3 * (ptrdiff_t)end_row(border, tsi_corner_end(k, d)), corner[k],
-             3 * sizeof(double));
+/* Every span halved, as often as it takes. */
+static int halve_spans(tsi_arena *arena, const tsi_patch *c, int n_spans, int *n_to,
+                       double **knots) {
+  int n = c->n[0] + c->degree[0] + 1, spans = 0;
+  double *to = c->knots[0];
+  for (int i = 1; i < n; i++)
+    spans += to[i] > to[i - 1];
+  for (; spans < n_spans; spans *= 2) {
+    double *next = tsi_arena_new(arena, (size_t)(n + spans), sizeof *next);
+    int k = 0;
+    if (!next)
+      return 0;
+    for (int i = 0; i < n; i++) {
+      if (i && to[i] > to[i - 1])
+        next[k++] = 0.5 * (to[i - 1] + to[i]);
+      next[k++] = to[i];
     }
+    to = next;
+    n = k;
+  }
+  *n_to = n - c->degree[0] - 1;
+  *knots = to;
+  return 1;
+}
+
+tsolid_status tsi_borders_refine(tsolid_context *context, tsi_arena *arena, tsi_border *a,
+                                 tsi_border *b, int degree, int n_spans, int *n_degrees,
+                                 int *n_knots) {
+  tsi_border *pair[2] = {a, b};
+  int n_to, n_raised = 0;
+  double *to;
+  for (int k = 0; k < 2; k++)
+    if (!raise_border(arena, pair[k], degree, &n_raised))
+      return tsi_no_memory(context, TSI_COONS_STAGE);
+  if (!halve_spans(arena, &a->curve, n_spans, &n_to, &to))
+    return tsi_no_memory(context, TSI_COONS_STAGE);
+  *n_degrees += n_raised / 2;
+  *n_knots += n_to - a->curve.n[0];
+  for (int k = 0; k < 2; k++) {
+    pair[k]->refined = 1;
+    if (!tsi_patch_refine(arena, &pair[k]->curve, 0, 0, n_to, to) || !divide_points(arena, pair[k]))
+      return tsi_no_memory(context, TSI_COONS_STAGE);
+  }
+  return TSOLID_OK;
 }
 
 tsolid_status tsi_borders_read(tsolid_context *context, tsi_arena *arena,
                                const tsolid_curve border[4], const tsolid_coons_options *options,
                                tsi_border b[4], tsolid_coons_report *report) {
-  double corner[4][3];
   tsolid_status status = TSOLID_OK;
   for (int k = 0; !status && k < 4; k++) {
     b[k] = (tsi_border){.refined = 0};
@@ -371,11 +413,6 @@ tsolid_status tsi_borders_read(tsolid_context *context, tsi_arena *arena,
   }
   if (!status)
     status = join_corners(context, b, options->tolerance, report);
-  for (int k = 0; !status && k < 4; k++) {
-    const tsi_border *along = &b[tsi_corner_border(k, 0)];
-    memcpy(corner[k], along->point + 3 * (ptrdiff_t)end_row(along, tsi_corner_end(k, 0)),
-           sizeof corner[k]);
-  }
   if (!status)
     status = match_weights(context, arena, b, report);
   for (int k = 0; !status && k < 4; k++)
@@ -385,7 +422,5 @@ tsolid_status tsi_borders_read(tsolid_context *context, tsi_arena *arena,
     status = match_pair(context, arena, &b[0], &b[2], report);
   if (!status)
     status = match_pair(context, arena, &b[3], &b[1], report);
-  if (!status)
-    restore_corners(b, corner);
   return status;
 }
