@@ -28,7 +28,7 @@
  * Corners of the patch where the borders are tangent are known: there the coefficient of N is zero
  * by theory, and may be as large as its error bound; all others must be positive.
  *
-&
+ * tests/test_coons.c compares with sampling at many points, and with folds about to open. */
 #include "bernstein.h"
 #include "bernstein_product.h"
 #include "bspline.h"
