@@ -18,6 +18,7 @@ int cli_build(int argc, char **argv);
 int cli_report(int argc, char **argv);
 int cli_export(int argc, char **argv);
 int cli_convert(int argc, char **argv);
+int cli_assembly(int argc, char **argv);
 
 /* ---- options -----------------------------------------------------------------------------------
  */
@@ -46,6 +47,9 @@ int cli_parse(int argc, char **argv, const char *help, const cli_option *options
               const char **file);
 int cli_parse_two(int argc, char **argv, const char *help, const cli_option *options,
                   const char *file[2]);
+/* One file or more; `file` has room for all of them. */
+int cli_parse_many(int argc, char **argv, const char *help, const cli_option *options, int room,
+                   const char **file, int *n_files);
 
 /* ---- a session: context, progress, signals -----------------------------------------------------
  */
@@ -184,5 +188,7 @@ int cli_verdict_code(const tsolid_certificate *certificate);
 /* The report as JSON into a file that is written as it is named; "-" is stdout. Returns 0 after an
  * error. */
 int cli_write_json(tsolid_context *context, const tsolid_report *report, const char *path);
+int cli_write_text(const char *text, const char *path); /* the same for a text */
+void cli_print_assembly(const tsolid_assembly_view *view);
 
 #endif

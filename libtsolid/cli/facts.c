@@ -210,17 +210,22 @@ void cli_print_report(const tsolid_report *report) {
   print_timing(&report->timing);
 }
 
-int cli_write_json(tsolid_context *context, const tsolid_report *report, const char *path) {
-  char *json = NULL;
-  int to_stdout = strcmp(path, "-") == 0, written;
-  if (tsolid_report_json(context, report, &json) != TSOLID_OK)
-    return 0; /* its finding tells */
+int cli_write_text(const char *text, const char *path) {
+  int to_stdout = strcmp(path, "-") == 0;
   FILE *file = to_stdout ? stdout : fopen(path, "wx");
-  written = file && fprintf(file, "%s\n", json) >= 0 && fflush(file) == 0;
+  int written = file && fprintf(file, "%s\n", text) >= 0 && fflush(file) == 0;
   if (file && !to_stdout && fclose(file) != 0)
     written = 0;
   if (!written)
     cli_error("Cannot write the report");
+  return written;
+}
+
+int cli_write_json(tsolid_context *context, const tsolid_report *report, const char *path) {
+  char *json = NULL;
+  if (tsolid_report_json(context, report, &json) != TSOLID_OK)
+    return 0; /* its finding tells */
+  int written = cli_write_text(json, path);
   tsolid_release(context, json);
   return written;
 }

@@ -13,6 +13,7 @@ static const char help[] =
     "  tsolid report OUT.tsolid             measure a solid anew\n"
     "  tsolid export OUT.tsolid --vtu FILE  write it for VTK and ParaView\n"
     "  tsolid convert IN.tsm OUT            a T-spline surface as .tsm, or as patches in .tsb\n"
+    "  tsolid assembly A.tsb B.tsb ...      what touches what, gaps, clashes\n"
     "  tsolid COMMAND --help                options of a command\n"
     "  tsolid --version\n"
     "\n"
@@ -28,11 +29,8 @@ static const char help[] =
 static const struct {
   const char *name;
   int (*run)(int argc, char **argv);
-} commands[] = {{"check", cli_check},
-                {"build", cli_build},
-                {"report", cli_report},
-                {"export", cli_export},
-                {"convert", cli_convert}};
+} commands[] = {{"check", cli_check},   {"build", cli_build},     {"report", cli_report},
+                {"export", cli_export}, {"convert", cli_convert}, {"assembly", cli_assembly}};
 
 static int run(int argc, char **argv) {
   if (argc < 2) {

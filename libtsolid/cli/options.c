@@ -101,8 +101,9 @@ static int parse_option(int argc, char **argv, int *k, const cli_option *options
   return store(option, argv[++*k]);
 }
 
+/* n_files: at most so many, and unless `many` just so many. */
 static int parse(int argc, char **argv, const char *help, const cli_option *options, int n_files,
-                 const char **file) {
+                 int many, const char **file, int *n_found) {
   int only_files = 0, n = 0;
   for (int k = 0; k < n_files; k++)
     file[k] = NULL;
@@ -124,17 +125,25 @@ static int parse(int argc, char **argv, const char *help, const cli_option *opti
       file[n++] = text;
     }
   }
+  *n_found = n;
   if (n == 0)
     return cli_error("Which file? See 'tsolid %s --help'", argv[0]);
-  return n == n_files ? -1 : cli_error("Where to? See 'tsolid %s --help'", argv[0]);
+  return many || n == n_files ? -1 : cli_error("Where to? See 'tsolid %s --help'", argv[0]);
 }
 
 int cli_parse(int argc, char **argv, const char *help, const cli_option *options,
               const char **file) {
-  return parse(argc, argv, help, options, 1, file);
+  int n;
+  return parse(argc, argv, help, options, 1, 0, file, &n);
 }
 
 int cli_parse_two(int argc, char **argv, const char *help, const cli_option *options,
                   const char *file[2]) {
-  return parse(argc, argv, help, options, 2, file);
+  int n;
+  return parse(argc, argv, help, options, 2, 0, file, &n);
+}
+
+int cli_parse_many(int argc, char **argv, const char *help, const cli_option *options, int room,
+                   const char **file, int *n_files) {
+  return parse(argc, argv, help, options, room, 1, file, n_files);
 }

@@ -60,6 +60,28 @@ class CoonsRepair(enum.IntEnum):
     REPAIR_ALWAYS = 2
 
 
+class Contact(enum.IntEnum):
+    CONTACT_EXACT = 0
+    CONTACT_GEOMETRIC = 1
+    CONTACT_PARTIAL = 2
+    CONTACT_COINCIDENT = 3
+    CONTACT_NEAR = 4
+
+
+class ClashKind(enum.IntEnum):
+    CLASH_OVERLAP = 0
+    CLASH_INSIDE = 1
+    CLASH_TWICE = 2
+    CLASH_SELF = 3
+
+
+class AssemblyVerdict(enum.IntEnum):
+    ASSEMBLY_WATERTIGHT = 0
+    ASSEMBLY_GAPS = 1
+    ASSEMBLY_CLASHES = 2
+    ASSEMBLY_INCOMPLETE = 3
+
+
 class MatrixKind(enum.IntEnum):
     MASS = 0
     LAPLACE = 1
@@ -72,6 +94,9 @@ ENUMS = {
     "tsolid_entity": Entity,
     "tsolid_coons_repair": CoonsRepair,
     "tsolid_verdict": Verdict,
+    "tsolid_contact": Contact,
+    "tsolid_clash_kind": ClashKind,
+    "tsolid_assembly_verdict": AssemblyVerdict,
     "tsolid_matrix_kind": MatrixKind,
 }
 
@@ -462,6 +487,97 @@ class ReportOptions(ctypes.Structure):
     _fields_ = [("max_rank_functions", c_int)]
 
 
+class PartStruct(ctypes.Structure):
+    _fields_ = [
+        ("name", c_char_p),
+        ("boundary", POINTER(BoundaryInput)),
+        ("placement", _doubles),
+    ]
+
+
+class AssemblyInput(ctypes.Structure):
+    _fields_ = [("n_parts", c_int), ("parts", POINTER(PartStruct))]
+
+
+class AssemblyOptions(ctypes.Structure):
+    _fields_ = [("tolerance", c_double), ("gap", c_double)]
+
+
+class InterfaceStruct(ctypes.Structure):
+    _fields_ = [
+        ("kind", c_int),
+        ("part", c_int * 2),
+        ("patch", c_int * 2),
+        ("same_side", c_int),
+        ("code", c_int),
+        ("box", (c_double * 4) * 2),
+        ("moebius", c_double * 2),
+        ("deviation", c_double),
+        ("gap", c_double),
+        ("smallest_gap", c_double),
+        ("depth", c_double),
+        ("point", c_double * 3),
+        ("area", c_double),
+        ("same_functions", c_int),
+        ("same_bits", c_int),
+        ("gap_after", c_double),
+        ("ulp_after", c_double),
+    ]
+
+
+class ClashStruct(ctypes.Structure):
+    _fields_ = [
+        ("kind", c_int),
+        ("part", c_int * 2),
+        ("patch", c_int * 2),
+        ("depth", c_double),
+        ("point", c_double * 3),
+    ]
+
+
+class PartFacts(ctypes.Structure):
+    _fields_ = [
+        ("name", c_char_p),
+        ("status", c_int),
+        ("n_patches", c_int),
+        ("n_free", c_int),
+        ("n_interfaces", c_int),
+        ("copy_of", c_int),
+        ("closed", c_int),
+        ("volume", c_double),
+        ("area", c_double),
+    ]
+
+
+class FreeFace(ctypes.Structure):
+    _fields_ = [
+        ("part", c_int),
+        ("patch", c_int),
+        ("area", c_double),
+        ("fraction", c_double),
+    ]
+
+
+class AssemblyView(ctypes.Structure):
+    _fields_ = [
+        ("n_parts", c_int),
+        ("n_patches", c_int),
+        ("part", POINTER(PartFacts)),
+        ("n_interfaces", c_int),
+        ("interface", POINTER(InterfaceStruct)),
+        ("n_clashes", c_int),
+        ("clash", POINTER(ClashStruct)),
+        ("n_free", c_int),
+        ("free_face", POINTER(FreeFace)),
+        ("n_of_kind", c_int * 5),
+        ("n_groups", c_int),
+        ("gap", c_double),
+        ("volume", c_double),
+        ("volume_inside", c_double),
+        ("verdict", c_int),
+    ]
+
+
 class RegionStruct(ctypes.Structure):
     _fields_ = [("name", c_char_p), ("side", c_int), ("box", c_double * 4)]
 
@@ -573,6 +689,14 @@ STRUCTS = {
     "tsolid_timing": Timing,
     "tsolid_report": ReportStruct,
     "tsolid_report_options": ReportOptions,
+    "tsolid_part": PartStruct,
+    "tsolid_assembly_input": AssemblyInput,
+    "tsolid_assembly_options": AssemblyOptions,
+    "tsolid_interface": InterfaceStruct,
+    "tsolid_clash": ClashStruct,
+    "tsolid_part_facts": PartFacts,
+    "tsolid_free_face": FreeFace,
+    "tsolid_assembly_view": AssemblyView,
     "tsolid_region": RegionStruct,
     "tsolid_hex_options": HexOptions,
     "tsolid_hex_view": HexView,
@@ -592,6 +716,7 @@ OPAQUE = (
     "tsolid_tmesh",
     "tsolid_space",
     "tsolid_solid",
+    "tsolid_assembly",
     "tsolid_hex",
     "tsolid_bext",
     "tsolid_matrix",
@@ -679,6 +804,13 @@ FUNCTIONS = {
         [_handle, _handle, POINTER(ReportOptions), POINTER(ReportStruct)],
     ),
     "tsolid_report_json": (c_int, [_handle, POINTER(ReportStruct), POINTER(c_char_p)]),
+    "tsolid_assembly_create": (
+        c_int,
+        [_handle, POINTER(AssemblyInput), POINTER(AssemblyOptions), _handle_out],
+    ),
+    "tsolid_assembly_free": (None, [_handle]),
+    "tsolid_assembly_get": (None, [_handle, POINTER(AssemblyView)]),
+    "tsolid_assembly_json": (c_int, [_handle, _handle, POINTER(c_char_p)]),
     "tsolid_hex_create": (c_int, [_handle, _handle, POINTER(HexOptions), _handle_out]),
     "tsolid_hex_free": (None, [_handle]),
     "tsolid_hex_get": (None, [_handle, POINTER(HexView)]),

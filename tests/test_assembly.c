@@ -1,0 +1,399 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later
+ * Contacts of several parts: what is the same surface, what is apart and by how much, what
+ * overlaps. Every verdict also of the same parts given otherwise. */
+#include "check.h"
+
+#include <time.h>
+
+#include "assembly_parts.h"
+#include "counted_memory.h"
+
+static scene s;
+
+static void show_findings(tsolid_context *context) {
+  for (int k = 0; k < tsolid_context_n_findings(context); k++)
+    fprintf(stderr, "  %s\n", tsolid_context_finding(context, k)->text);
+}
+
+static tsolid_assembly *match(tsolid_context *context, double gap, tsolid_assembly_view *view) {
+  tsolid_assembly *assembly = NULL;
+  tsolid_assembly_options options = {.gap = gap};
+  if (!CHECK(tsolid_assembly_create(context, &s.input, &options, &assembly) == TSOLID_OK))
+    show_findings(context);
+  if (assembly)
+    tsolid_assembly_get(assembly, view);
+  return assembly;
+}
+
+/* Both sides of the contact at equal (s,t): a map of its own. */
+static double check_map(const tsolid_interface *c) {
+  double worst = 0.0;
+  for (int i = 0; i < 25; i++) {
+    double st[2] = {(i % 5) / 4.0, (i / 5) / 4.0}, x[2][3];
+    for (int side = 0; side < 2; side++) {
+      const tsolid_patch *patch = &s.part[c->part[side]].patch[c->patch[side]];
+      double p[2] = {st[0], st[1]};
+      if (side && c->code & 4) {
+        p[0] = st[1];
+        p[1] = st[0];
+      }
+      for (int d = 0; d < 2; d++) {
+        const double *knot = patch->knots[d];
+        double low = knot[0], high = knot[patch->n_control[d] + patch->degree[d]],
+               m = c->moebius[d];
+        if (side && c->code >> d & 1)
+          p[d] = 1.0 - p[d];
+        if (side)
+          p[d] = m * p[d] / (m * p[d] + 1.0 - p[d]);
+        p[d] = c->box[side][2 * d] + p[d] * (c->box[side][2 * d + 1] - c->box[side][2 * d]);
+        p[d] = low + p[d] * (high - low);
+      }
+      evaluate_patch(patch, p[0], p[1], x[side]);
+    }
+    worst = fmax(worst, hypot(hypot(x[0][0] - x[1][0], x[0][1] - x[1][1]), x[0][2] - x[1][2]));
+  }
+  return worst;
+}
+
+/* Two cubes that share one wavy face, the second in each orientation. */
+static void check_orientations(tsolid_context *context, int rational) {
+  for (int code = 0; code < 8; code++) {
+    tsolid_assembly_view view;
+    block a = plain_block(0, 0, 0, 0.07, 3, 2), b = plain_block(1, 0, 0, 0.07, 3, 2);
+    a.rational = b.rational = rational;
+    part second = make_block(&b);
+    scene_add_block(&s, &a);
+    scene_add(&s, turn_part(&second, code));
+    tsolid_assembly *assembly = match(context, 0.0, &view);
+    CHECK(view.n_interfaces == 1 && view.n_clashes == 0);
+    if (view.n_interfaces == 1) {
+      const tsolid_interface *c = view.interface;
+      CHECK(c->kind == TSOLID_CONTACT_EXACT);
+      CHECK(c->part[0] == 0 && c->part[1] == 1 && c->patch[0] == 1 && c->patch[1] == 0);
+      CHECK(c->deviation == 0.0 && !c->same_side);
+      CHECK(check_map(c) < 1e-14);
+    }
+    CHECK(view.verdict == TSOLID_ASSEMBLY_WATERTIGHT && view.n_free == 10);
+    CHECK_NEAR(view.volume_inside, view.volume, 1e-12 * view.volume);
+    tsolid_assembly_free(assembly);
+    part_free(&second);
+    scene_free(&s);
+  }
+}
+
+/* Given otherwise: shuffled, knots in another range, moved and moved back. */
+static void rewrite(scene *scene_, int k) {
+  int order[64];
+  double there[3] = {0.3, -7.1, 1.9}, back[3] = {-0.3, 7.1, -1.9};
+  part *p = &scene_->part[k], other = shuffle_part(p, order);
+  part_free(p);
+  *p = other;
+  shift_part(p, there);
+  shift_part(p, back);
+  rescale_knots(p, 3.0, 0.7 + 0.1 * k);
+  scene_->boundary[k].patches = p->patch;
+}
+
+static void check_kinds(tsolid_context *context) {
+  for (int again = 0; again < 2; again++) {
+    tsolid_assembly_view view;
+    block a = plain_block(0, 0, 0, 0.0, 2, 1), b = plain_block(1, 0, 0, 0.0, 3, 2);
+    for (int d = 0; d < 3; d++) /* planar and linear: the same surface by other functions */
+      b.axis[d] = plain_axis(d + 1, d);
+    scene_add_block(&s, &a);
+    scene_add_block(&s, &b);
+    for (int k = 0; again && k < 2; k++)
+      rewrite(&s, k);
+    tsolid_assembly *assembly = match(context, 0.0, &view);
+    CHECK(view.n_interfaces == 1 && view.n_of_kind[TSOLID_CONTACT_GEOMETRIC] == 1);
+    CHECK(view.n_interfaces == 1 && view.interface[0].deviation < 1e-14 &&
+          check_map(view.interface) < 1e-14);
+    CHECK(view.verdict == TSOLID_ASSEMBLY_WATERTIGHT && view.n_clashes == 0);
+    tsolid_assembly_free(assembly);
+    scene_free(&s);
+  }
+}
+
+/* A gap along x of this size is declared within one per cent. */
+static void check_gaps(tsolid_context *context) {
+  static const double gap[] = {1e-6, 1e-3, 1e-2};
+  for (int k = 0; k < 3; k++)
+    for (int wavy = 0; wavy < 2; wavy++)
+      for (int again = 0; again < 2; again++) {
+        tsolid_assembly_view view;
+        double by[3] = {gap[k], 0, 0};
+        block a = plain_block(0, 0, 0, 0.03 * wavy, 3, 2),
+              b = plain_block(1, 0, 0, 0.03 * wavy, 3, 2);
+        part second = make_block(&b);
+        shift_part(&second, by);
+        scene_add_block(&s, &a);
+        scene_add(&s, second);
+        for (int m = 0; again && m < 2; m++)
+          rewrite(&s, m);
+        tsolid_assembly *assembly = match(context, 0.0, &view);
+        CHECK(view.n_of_kind[TSOLID_CONTACT_NEAR] == 1 && view.n_clashes == 0);
+        if (CHECK(view.n_interfaces == 1)) {
+          CHECK_NEAR(view.interface[0].gap, gap[k], 0.01 * gap[k]);
+          CHECK(view.interface[0].smallest_gap <= gap[k] * (1.0 + 1e-6));
+          if (!wavy)
+            CHECK_NEAR(view.interface[0].smallest_gap, gap[k], 1e-6 * gap[k]);
+        }
+        CHECK(view.verdict == TSOLID_ASSEMBLY_GAPS);
+        tsolid_assembly_free(assembly);
+        scene_free(&s);
+      }
+}
+
+/* Turned about the common edge: the far edge is apart by 2 sin(angle/2) in space. */
+static void check_rotated(tsolid_context *context) {
+  const double angle = 0.1 * 3.14159265358979323846 / 180.0, hinge[2] = {1.0, 0.0};
+  for (int opened = 0; opened < 2; opened++) {
+    tsolid_assembly_view view;
+    block a = plain_block(0, 0, 0, 0.0, 2, 1), b = plain_block(1, 0, 0, 0.0, 2, 1);
+    part second = make_block(&b);
+    rotate_part(&second, hinge, opened ? -angle : angle);
+    scene_add_block(&s, &a);
+    scene_add(&s, second);
+    tsolid_assembly *assembly = match(context, 0.0, &view);
+    if (opened) {
+      CHECK(view.n_interfaces == 1 && view.interface[0].kind == TSOLID_CONTACT_NEAR);
+      CHECK(view.n_interfaces == 1 && view.interface[0].smallest_gap < 1e-9);
+      if (view.n_interfaces == 1)
+        CHECK_NEAR(view.interface[0].gap, sin(angle), 0.01 * sin(angle));
+      CHECK(view.n_clashes == 0 && view.verdict == TSOLID_ASSEMBLY_GAPS);
+    } else {
+      CHECK(view.n_clashes == 1 && view.verdict == TSOLID_ASSEMBLY_CLASHES);
+      if (view.n_clashes == 1)
+        CHECK(view.clash[0].depth > 0.5 * sin(angle) && view.clash[0].depth < 1.01 * sin(angle));
+    }
+    tsolid_assembly_free(assembly);
+    scene_free(&s);
+  }
+}
+
+static void expect_clash(tsolid_context *context, tsolid_clash_kind kind, int n) {
+  tsolid_assembly_view view;
+  tsolid_assembly *assembly = match(context, 0.0, &view);
+  CHECK(view.n_clashes == n && view.verdict == TSOLID_ASSEMBLY_CLASHES);
+  if (view.n_clashes >= 1)
+    CHECK(view.clash[0].kind == kind);
+  tsolid_assembly_free(assembly);
+  scene_free(&s);
+}
+
+static void check_clashes(tsolid_context *context) {
+  for (int wavy = 0; wavy < 2; wavy++) {
+    double wave = 0.05 * wavy, shift[3] = {-0.2, 0.1, 0.3};
+    block a = plain_block(0, 0, 0, wave, 3, 2), b = plain_block(1, 0, 0, wave, 3, 2);
+    part second = make_block(&b);
+    shift_part(&second, shift);
+    scene_add_block(&s, &a);
+    scene_add(&s, second);
+    expect_clash(context, TSOLID_CLASH_OVERLAP, 1);
+    block small = a;
+    for (int d = 0; d < 3; d++) {
+      small.low[d] = 0.3;
+      small.high[d] = 0.6;
+    }
+    scene_add_block(&s, &small);
+    scene_add_block(&s, &a);
+    expect_clash(context, TSOLID_CLASH_INSIDE, 1);
+    scene_add_block(&s, &a);
+    scene_add_block(&s, &a);
+    expect_clash(context, TSOLID_CLASH_TWICE, 1);
+    scene_add_block(&s, &a);
+    scene_add_block(&s, &a);
+    rewrite(&s, 1);
+    expect_clash(context, TSOLID_CLASH_TWICE, 1);
+  }
+  /* two bars across each other: no corner of one lies in the other */
+  block a = plain_block(0, 0, 0, 0.0, 1, 0), b = a;
+  a.high[0] = 5.0;
+  b.low[0] = 2.0;
+  b.high[0] = 3.0;
+  b.low[1] = -2.0;
+  b.high[1] = 3.0;
+  b.low[2] = 0.25;
+  b.high[2] = 0.75;
+  scene_add_block(&s, &a);
+  scene_add_block(&s, &b);
+  expect_clash(context, TSOLID_CLASH_OVERLAP, 1);
+}
+
+/* Bricks 4 x 3 x 3, every second layer shifted by half a brick along x, every second row by a
+ * quarter along y: contacts that cover parts of both. */
+static void build_wall(int n_x, int n_y, int n_z, double shift_x, double shift_y, double wave,
+                       int degree, int n_inner) {
+  for (int k = 0; k < n_z; k++)
+    for (int j = 0; j < n_y; j++)
+      for (int i = 0; i < n_x; i++) {
+        block b =
+            plain_block(i + (k & 1) * shift_x, j + (k & 1) * shift_y, k, wave, degree, n_inner);
+        scene_add_block(&s, &b);
+      }
+}
+
+static double overlap(double a, double b) {
+  return fmax(0.0, 1.0 - fabs(a - b));
+}
+
+/* How many pairs of bricks share an area, by their boxes. */
+static int count_wall_contacts(int n_x, int n_y, int n_z, double shift_x, double shift_y,
+                               int *n_partial) {
+  int count = 0, n = n_x * n_y * n_z;
+  *n_partial = 0;
+  for (int a = 0; a < n; a++)
+    for (int b = a + 1; b < n; b++) {
+      int ka = a / (n_x * n_y), kb = b / (n_x * n_y);
+      double ax = a % n_x + (ka & 1) * shift_x, bx = b % n_x + (kb & 1) * shift_x;
+      double ay = a / n_x % n_y + (ka & 1) * shift_y, by = b / n_x % n_y + (kb & 1) * shift_y;
+      double x = overlap(ax, bx), y = overlap(ay, by);
+      int touch = ka == kb ? (fabs(fabs(ax - bx) - 1.0) < 1e-9 && ay == by) ||
+                                 (fabs(fabs(ay - by) - 1.0) < 1e-9 && ax == bx)
+                           : kb == ka + 1 && x > 0.0 && y > 0.0;
+      count += touch;
+      *n_partial += touch && ka != kb && (x < 1.0 || y < 1.0);
+    }
+  return count;
+}
+
+static void check_walls(tsolid_context *context) {
+  static const double shift[][2] = {{0.5, 0.0}, {0.5, 0.25}, {1.0 / 3, 0.0}};
+  for (int k = 0; k < 3; k++)
+    for (int again = 0; again < 2; again++) {
+      tsolid_assembly_view view;
+      int n_partial, n = count_wall_contacts(4, 3, 3, shift[k][0], shift[k][1], &n_partial);
+      build_wall(4, 3, 3, shift[k][0], shift[k][1], 0.0, 1 + k, k);
+      for (int m = 0; again && m < s.n; m++)
+        rewrite(&s, m);
+      tsolid_assembly *assembly = match(context, 0.0, &view);
+      CHECK(view.n_interfaces == n && view.n_of_kind[TSOLID_CONTACT_PARTIAL] == n_partial);
+      CHECK(view.verdict == TSOLID_ASSEMBLY_WATERTIGHT && view.n_groups == 1);
+      for (int i = 0; i < view.n_interfaces; i++)
+        CHECK(check_map(&view.interface[i]) < 1e-12);
+      CHECK_NEAR(view.volume, 36.0, 1e-12 * 36.0);
+      CHECK_NEAR(view.volume_inside, 36.0, 1e-12 * 36.0);
+      tsolid_assembly_free(assembly);
+      scene_free(&s);
+    }
+}
+
+/* Blocks in a row, a ring, a T: matched whole, in any order. */
+static void check_blocks(tsolid_context *context) {
+  static const int ring[][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0},
+                                {2, 2, 0}, {1, 2, 0}, {0, 2, 0}, {0, 1, 0}};
+  static const int tee[][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0},
+                               {4, 0, 0}, {2, 1, 0}, {2, 2, 0}};
+  for (int shape = 0; shape < 2; shape++)
+    for (int again = 0; again < 2; again++) {
+      tsolid_assembly_view view;
+      int n = shape ? 7 : 8;
+      for (int k = 0; k < n; k++) {
+        const int *at = shape ? tee[again ? n - 1 - k : k] : ring[again ? n - 1 - k : k];
+        block b = plain_block(at[0], at[1], at[2], 0.06, 3, 1);
+        b.rational = shape;
+        scene_add_block(&s, &b);
+        if (again)
+          rewrite(&s, k);
+      }
+      tsolid_assembly *assembly = match(context, 0.0, &view);
+      CHECK(view.n_interfaces == (shape ? 6 : 8) && view.n_clashes == 0);
+      CHECK(view.n_of_kind[TSOLID_CONTACT_EXACT] == view.n_interfaces);
+      CHECK(view.verdict == TSOLID_ASSEMBLY_WATERTIGHT && view.n_groups == 1);
+      CHECK_NEAR(view.volume_inside, view.volume, 1e-12 * view.volume);
+      tsolid_assembly_free(assembly);
+      scene_free(&s);
+    }
+}
+
+/* Copies of one part in a 10 x 10 array: one input, a hundred places. */
+static void check_copies(tsolid_context *context) {
+  static double placement[100][12];
+  tsolid_assembly_view view;
+  block b = plain_block(0, 0, 0, 0.0, 2, 1);
+  scene_add_block(&s, &b);
+  for (int k = 1; k < 100; k++) {
+    s.member[k] = s.member[0];
+    for (int i = 0; i < 12; i++)
+      placement[k][i] = i % 5 == 0;
+    placement[k][3] = k % 10;
+    placement[k][7] = k / 10;
+    s.member[k].placement = placement[k];
+  }
+  s.input.n_parts = 100;
+  tsolid_assembly *assembly = match(context, 0.0, &view);
+  CHECK(view.n_interfaces == 180 && view.n_of_kind[TSOLID_CONTACT_EXACT] == 180);
+  CHECK(view.n_clashes == 0 && view.n_groups == 1 && view.part[57].copy_of == 0);
+  CHECK_NEAR(view.volume_inside, 100.0, 1e-10);
+  tsolid_assembly_free(assembly);
+  placement[3][0] = -1.0;
+  CHECK(tsolid_assembly_create(context, &s.input, NULL, &assembly) == TSOLID_ERROR_INPUT);
+  placement[3][0] = 25.4;
+  CHECK(tsolid_assembly_create(context, &s.input, NULL, &assembly) == TSOLID_ERROR_INPUT);
+  CHECK(assembly == NULL);
+  scene_free(&s);
+}
+
+/* n log n: twice the parts take little more than twice the time. */
+static void check_times(tsolid_context *context) {
+  static const int n[3] = {25, 100, 400};
+  double seconds[3];
+  for (int k = 0; k < 3; k++) {
+    tsolid_assembly_view view;
+    build_wall(5, n[k] / 25, 5, 0.0, 0.0, 0.05, 2, 1);
+    clock_t begin = clock();
+    tsolid_assembly *assembly = match(context, 0.0, &view);
+    seconds[k] = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    CHECK(view.verdict == TSOLID_ASSEMBLY_WATERTIGHT);
+    CHECK(view.n_interfaces == 4 * (n[k] / 25) * 5 * 2 + 25 * (n[k] / 25 - 1));
+    tsolid_assembly_free(assembly);
+    scene_free(&s);
+  }
+  printf("25, 100, 400 parts: %.3f, %.3f, %.3f s\n", seconds[0], seconds[1], seconds[2]);
+}
+
+/* Every allocation fails once: a status, no crash, nothing left. */
+static void check_memory(void) {
+  meter m = {.limit = (size_t)1 << 40, .countdown = -1};
+  tsolid_context *context = new_counted_context(&m);
+  tsolid_assembly *assembly = NULL;
+  int failures = 0, done = 0;
+  block a = plain_block(0, 0, 0, 0.05, 2, 1), b = plain_block(1, 0, 0, 0.05, 3, 1),
+        c = plain_block(0.5, 0, 1, 0.0, 1, 0);
+  scene_add_block(&s, &a);
+  scene_add_block(&s, &b);
+  scene_add_block(&s, &c);
+  for (long k = 0; !done && k < 20000; k++) {
+    m.countdown = k;
+    tsolid_status status = tsolid_assembly_create(context, &s.input, NULL, &assembly);
+    m.countdown = -1;
+    done = status == TSOLID_OK;
+    failures += !done;
+    if (!done && !CHECK(status == TSOLID_ERROR_MEMORY && assembly == NULL))
+      break;
+    tsolid_assembly_free(assembly);
+    tsolid_context_clear(context);
+  }
+  CHECK(done && failures > 50);
+  tsolid_context_free(context);
+  CHECK(m.live == 0);
+  scene_free(&s);
+}
+
+int main(void) {
+  tsolid_context *context = NULL;
+  CHECK(tsolid_context_create(NULL, &context) == TSOLID_OK);
+  check_orientations(context, 0);
+  check_orientations(context, 1);
+  check_kinds(context);
+  check_gaps(context);
+  check_rotated(context);
+  check_clashes(context);
+  check_walls(context);
+  check_blocks(context);
+  check_copies(context);
+  check_times(context);
+  check_memory();
+  tsolid_context_free(context);
+  return check_done();
+}
