@@ -33,26 +33,17 @@ def solid_of(patches):
     return convert.solid_of_patches(patches)
 
 
-def seven():
-    """A box whose top is two faces: seven faces, and no grid of them is a cube's side."""
-    low, high = Part.makeBox(10, 20, 30), None
-    faces = [f for f in low.Faces if f.CenterOfMass.z < 29.9]
-    high = [Part.makePlane(4, 20, Vector(0, 0, 30)), Part.makePlane(6, 20, Vector(4, 0, 30))]
-    return Part.makeSolid(Part.makeShell(faces + high))
-
-
 SHAPES = {
     "box": lambda: BOX,
     "wavy": lambda: solid_of(binding_parts.cube(wavy)),
     "shell": lambda: BOX.Shells[0],
     "open": lambda: Part.makeShell(BOX.Faces[:5]),
     "five": lambda: Part.makeSolid(Part.makeShell(BOX.Faces[:5])),
-    "seven": seven,
     "bored": lambda: BOX.cut(Part.makeCylinder(2, 40, Vector(5, 10, -5))),
     "torus": lambda: Part.makeTorus(9, 2),
     "sphere": lambda: Part.makeSphere(5),
-    "cylinder": lambda: Part.makeCylinder(2, 9),
-    "trimmed": lambda: BOX.cut(Part.makeBox(40, 40, 40, Vector(5, 0, 25), Vector(1, 0, 1))),
+    "tip": lambda: Part.makeCone(2, 0, 9),
+    "trimmed": lambda: BOX.makeFillet(2, [BOX.Edges[0], BOX.Edges[1]]),
     "two": lambda: Part.makeCompound([BOX, Part.makeBox(1, 1, 1, Vector(50, 0, 0))]),
     "none": lambda: Part.makeLine(Vector(0, 0, 0), Vector(1, 0, 0)),
 }

@@ -300,12 +300,11 @@ class BadInput(WithFolder):
             "shell": ("not a solid",),
             "open": ("Edge", "open along this edge"),
             "five": ("Edge",),
-            "seven": ("Face",),
-            "bored": ("hole", "seam"),
-            "torus": ("seam", "eight corners", "Face1"),
-            "sphere": ("seam", "pole", "eight corners"),
-            "cylinder": ("seam", "Edge", "eight corners"),
-            "trimmed": ("Face", "Edge", "trimmed along a curve"),
+            "bored": ("hole", "genus 1"),
+            "torus": ("hole", "genus 1", "Face1"),
+            "sphere": ("pole", "Face1, Vertex1"),
+            "tip": ("pole", "Face1, Vertex"),
+            "trimmed": ("Face", "Edge", "not an isoparametric line"),
             "two": ("2 solids",),
         }
         for kind, words in cases.items():

@@ -186,9 +186,10 @@ class Verdict(unittest.TestCase):
         OfSolids.setUpClass()
         cls.good = OfSolids.report
         cls.good["exactness"] = [{
-            "face": "Face<3>", "side": 0, "kind": "BSplineSurface", "samples": 1000,
+            "face": "Face<3>", "kind": "BSplineSurface", "samples": 1000,
             "distance": 1e-15, "allowed": 1e-12, "declared": 0.0, "conversion": 0.0,
-            "point": [0, 0, 0], "satisfied": True}]
+            "point": [0, 0, 0], "satisfied": True,
+            "pieces": [{"side": 0, "box": [0, 1, 0, 1]}]}]
         cls.good["volume"] = {"quadrature": 1.0, "flux": 1.0, "relative_difference": 0.0,
                               "allowed": 1e-12, "satisfied": True}
         cls.good["verdict"] = "positive"

@@ -101,7 +101,7 @@ class Part:
 
     def __init__(self, sources, notes=(), shape=None, name=""):
         self.sources = sources
-        self.patches = [s.patch for s in sources]
+        self.patches = [p for s in sources for p in s.patches]
         self.notes = list(notes)
         self.shape = shape  # the solid made of the input's very faces; None: not made yet
         self.name = name
@@ -462,8 +462,8 @@ def _volume(context, part, boundary, quadrature):
 
     corners = [FreeCAD.Vector(*p) for p in boundary.requirement["corner"]]
     centre = sum(corners, FreeCAD.Vector()) * 0.125
-    numbered = enumerate(part.sources)
-    signs = [s.sign or evidence.sign_on_cube(boundary.placement(k)) for k, s in numbered]
+    numbered = enumerate(part.sources)  # without a shape there is one patch to a face
+    signs = [s.sign or evidence.sign_on_cube(boundary.placements(k)[0]) for k, s in numbered]
     # a solid turned inside out is the same part
     flux = abs(evidence.volume_by_flux(part.sources, signs, centre, abs(quadrature), context))
     difference = abs(flux - quadrature) / flux if flux else 1.0

@@ -472,6 +472,10 @@ class Boundary(_Handle):
             rows = [values[k * size : (k + 1) * size] for k in range(a, b)]
             yield BezierElement(tuple(boxes[4 * e : 4 * e + 4]), functions[a:b], rows)
 
+    def placements(self, k):
+        """Where the pieces of input patch k lie."""
+        return [self.placement(k)]
+
     def placement(self, k):
         """Where input patch k lies."""
         struct = header.Placement()

@@ -8,8 +8,11 @@ solid is one that was read back from its .tsolid bytes.
 import math
 import random
 
+import FreeCAD
+import Part
+
 from .binding import Cancelled
-from .convert import N_SAMPLES, SEED
+from .convert import CAP, N_SAMPLES, PLANAR, SEED
 from .header import Status
 
 _RELATIVE = 1e-12  # of the scale
@@ -62,18 +65,67 @@ def declared_of_knots(preparation, patch):
     return sum(shift * (p + 1) / p * _steepest(patch, a) for a, p in enumerate(patch.degree))
 
 
-def exactness_of_face(context, source, placement, solid, numbers):
-    """Largest distance of N_SAMPLES points of a face from the solid at the same parameters."""
-    u0, u1, v0, v1 = source.box
+class _Measure:
+    """Distance of points from a face as read."""
+
+    def __init__(self, source):
+        self.source = source
+        self.surface = source.surface
+        self.far = max(source.deviation, 1e-7)
+
+    def of(self, u, v, got):
+        """u, v: the patch's own parameters; got: the solid's point there."""
+        point = FreeCAD.Vector(*got)
+        if self.source.is_spline or self.source.face is None:
+            return (self.surface.value(u, v) - point).Length
+        return max(self._from_surface(point), self._outside(point))
+
+    def _from_surface(self, point):
+        return (self.surface.value(*self.surface.parameter(point)) - point).Length
+
+    def _outside(self, point):
+        """0 inside the face; points that parameters do not show to be inside are measured."""
+        face = self.source.face
+        if face.isPartOfDomain(*self.surface.parameter(point)):
+            return 0.0
+        return Part.Vertex(point).distToShape(face)[0]
+
+
+def _samples(source, numbers):
+    """N_SAMPLES of (patch number, u, v), the patches in turn."""
+    boxes = [(p.knots[0][0], p.knots[0][-1], p.knots[1][0], p.knots[1][-1])
+             for p in source.patches]
+    for k in range(N_SAMPLES):
+        i = k % len(boxes)
+        u0, u1, v0, v1 = boxes[i]
+        yield i, numbers.uniform(u0, u1), numbers.uniform(v0, v1)
+
+
+def _place(placements, u, v):
+    """The placement whose part of the patch holds (u, v)."""
+    def outside(p):
+        a, b, c, d = p.domain
+        return max(a - u, u - b, c - v, v - d)
+
+    return min(placements, key=outside)
+
+
+def exactness_of_face(context, source, placements, solid, numbers):
+    """Largest distance of a face as read from the solid, at N_SAMPLES points, and where.
+
+    placements[i]: where the pieces of the face's patch i lie. B-spline faces are compared at equal
+    parameters; others as sets of points: the solid's point from the surface, and from the face
+    where it does not lie inside.
+    """
+    measure = _Measure(source)
     worst, place = 0.0, None
-    for _ in range(N_SAMPLES):
-        u, v = numbers.uniform(u0, u1), numbers.uniform(v0, v1)
-        want = source.surface.value(u, v)
-        block, cross = solid.boundary_point(placement.side, *placement.map(u, v))
+    for i, u, v in _samples(source, numbers):
+        piece = _place(placements[i], u, v)
+        block, cross = solid.boundary_point(piece.side, *piece.map(u, v))
         (got,) = solid.evaluate(context, block, cross)
-        far = math.dist((want.x, want.y, want.z), got)
+        far = measure.of(u, v, got)
         if far > worst or place is None:
-            worst, place = far, (want.x, want.y, want.z)
+            worst, place = far, got
     return worst, place
 
 
@@ -85,23 +137,24 @@ def exactness(context, sources, boundary, solid):
     """
     scale = boundary.scale
     preparation = boundary.preparation
-    rows = []
+    rows, first = [], 0
     for k, source in enumerate(sources):
         tell(context, k / len(sources))
-        placement = boundary.placement(k)
+        numbered = range(first, first + len(source.patches))
+        first += len(source.patches)
+        placements = [boundary.placements(i) for i in numbered]
+        pieces = [p for row in placements for p in row]
         numbers = random.Random("%d %s" % (SEED, source.name))
-        worst, place = exactness_of_face(context, source, placement, solid, numbers)
-        declared = declared_of_side(preparation, placement.side)
-        declared += declared_of_knots(preparation, source.patch)
-        worst += source.deviation  # of the surface as read from the one that was sampled
+        worst, place = exactness_of_face(context, source, placements, solid, numbers)
+        declared = max(declared_of_side(preparation, p.side) for p in pieces)
+        declared += max(declared_of_knots(preparation, p) for p in source.patches)
         if source.deviation > _RELATIVE * scale:
             declared += source.deviation
         allowed = _RELATIVE * scale + declared
         rows.append(
             {
                 "face": source.name,
-                "side": placement.side,
-                "box": list(placement.box),
+                "pieces": [{"side": p.side, "box": list(p.box)} for p in pieces],
                 "kind": source.kind,
                 "samples": N_SAMPLES,
                 "distance": worst,
@@ -184,24 +237,107 @@ def sign_on_cube(placement):
     return outward * right_handed * (-1 if turned else 1)
 
 
-def volume_by_flux(sources, signs, centre, size, context=None):
-    """Volume as a third of the flux of x - centre through OCC's surfaces, span by span.
+def _line_integral(edge, centre, normal, a, b, size, depth):
+    """(x - centre) x dx . normal along an edge; two rules must agree, else it is cut in two."""
 
-    Polynomial spans are integrated without error (the integrand has degree 3p - 1 per direction);
-    rational ones until two rules agree to 1e-15 of `size`.
+    def rule(n):
+        nodes, weights = _rule(n)
+        terms = []
+        for x, w in zip(nodes, weights):
+            t = a + (b - a) * x
+            terms.append(w * (edge.valueAt(t) - centre).cross(edge.derivative1At(t)).dot(normal))
+        return (b - a) * math.fsum(terms)
+
+    rough, fine = rule(16), rule(22)
+    if abs(fine - rough) <= 1e-15 * size or depth == 0:
+        return fine
+    m = 0.5 * (a + b)
+    return math.fsum(
+        _line_integral(edge, centre, normal, *ends, size, depth - 1) for ends in ((a, m), (m, b))
+    )
+
+
+def _knots_of_edge(edge):
+    first, last = edge.ParameterRange
+    knots = edge.Curve.getKnots() if hasattr(edge.Curve, "getKnots") else ()
+    return [first] + [k for k in knots if first < k < last] + [last]
+
+
+def area_by_edges(face, centre, normal):
+    """Area of a planar face from its edges alone, by Green's formula."""
+    size = face.BoundBox.DiagonalLength ** 2
+    terms = []
+    for edge in face.OuterWire.childShapes():
+        sign = -1 if edge.Orientation == "Reversed" else 1
+        knots = _knots_of_edge(edge)
+        for a, b in zip(knots, knots[1:]):
+            terms.append(sign * _line_integral(edge, centre, normal, a, b, size, 6))
+    return 0.5 * abs(math.fsum(terms))
+
+
+def _outward(source, normal):
+    """The unit normal of a free face turned out of the solid."""
+    u, v = 0.5 * (source.box[0] + source.box[1]), 0.5 * (source.box[2] + source.box[3])
+    own = source.surface.getDN(u, v, 1, 0).cross(source.surface.getDN(u, v, 0, 1))
+    return normal * (source.sign if own.dot(normal) > 0.0 else -source.sign)
+
+
+def _flux_of_plane(source, centre):
+    plane = source.face.findPlane(1e-7)
+    normal = _outward(source, plane.Axis)
+    start = source.face.Vertexes[0].Point
+    return area_by_edges(source.face, start, normal) * (start - centre).dot(normal)
+
+
+def _flux_of_cap(source, centre):
+    """Of a sphere's part on one side of a circle: R times its area, and the circle's own area
+    for the distance between the sphere's centre and ours."""
+    circle = next(e for e in source.face.OuterWire.childShapes() if not e.Degenerated).Curve
+    for edge in source.face.OuterWire.childShapes():
+        if not edge.Degenerated and not edge.isSeam(source.face):
+            circle = edge.Curve
+    middle, radius = source.surface.Center, source.surface.Radius
+    apex = source.face.CenterOfMass - circle.Center
+    axis = circle.Axis if circle.Axis.dot(apex) > 0.0 else circle.Axis * -1.0
+    height = radius - (circle.Center - middle).dot(axis)
+    own = radius * 2.0 * math.pi * radius * height
+    moved = (middle - centre).dot(axis) * math.pi * circle.Radius**2
+    u, v = 0.5 * (source.box[0] + source.box[1]), 0.5 * (source.box[2] + source.box[3])
+    normal = source.surface.getDN(u, v, 1, 0).cross(source.surface.getDN(u, v, 0, 1))
+    outward = 1 if normal.dot(source.surface.value(u, v) - middle) > 0.0 else -1
+    return outward * source.sign * (own + moved)
+
+
+def _flux_of_spans(source, centre, size):
+    us = _distinct(k for p in source.patches for k in p.knots[0])
+    vs = _distinct(k for p in source.patches for k in p.knots[1])
+    exact = source.is_spline and all(p.weights is None for p in source.patches)
+    points = max(d for p in source.patches for d in p.degree) * 3 // 2 + 1
+    terms = []
+    for u0, u1 in zip(us, us[1:]):
+        for v0, v1 in zip(vs, vs[1:]):
+            box = (u0, u1, v0, v1)
+            if exact:
+                terms.append(_flux_on(source.surface, box, centre, _rule(points)))
+            else:
+                terms.append(_flux_converged(source.surface, box, centre, size, 3))
+    return math.fsum(terms)
+
+
+def volume_by_flux(sources, signs, centre, size, context=None):
+    """Volume as a third of the flux of x - centre through the faces as read.
+
+    B-spline faces span by span: polynomial spans without error (the integrand has degree 3p - 1 per
+    direction), rational ones and other surfaces until two rules agree to 1e-15 of `size`. Planar
+    faces by Green's formula along their edges, caps of spheres in closed form.
     """
     terms = []
     for source, sign in zip(sources, signs):
         tell(context, 1.0)
-        patch = source.patch
-        points = max(patch.degree) * 3 // 2 + 1
-        us, vs = _distinct(patch.knots[0]), _distinct(patch.knots[1])
-        for u0, u1 in zip(us, us[1:]):
-            for v0, v1 in zip(vs, vs[1:]):
-                box = (u0, u1, v0, v1)
-                if patch.weights is None:
-                    part = _flux_on(source.surface, box, centre, _rule(points))
-                else:
-                    part = _flux_converged(source.surface, box, centre, size, 3)
-                terms.append(sign * part)
+        if source.way == PLANAR:
+            terms.append(_flux_of_plane(source, centre))
+        elif source.way == CAP:
+            terms.append(_flux_of_cap(source, centre))
+        else:
+            terms.append(sign * _flux_of_spans(source, centre, size))
     return math.fsum(terms) / 3.0

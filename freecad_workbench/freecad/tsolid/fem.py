@@ -39,10 +39,20 @@ DEFAULTS = {"size": 0.0, "order": 1, "grading": 1.0}
 
 
 def regions_of(report):
-    """(name, side, box) of every face of the part, from the report; () without faces."""
-    if report is None:
-        return ()
-    return tuple((row["face"], row["side"], row["box"]) for row in report["exactness"])
+    """(name, side, box) of every face of the part, from the report; () without faces. A face in
+    several pieces gives Face3_1, Face3_2, ..."""
+    out = []
+    for row in report["exactness"] if report else ():
+        pieces = pieces_of(row)
+        for k, piece in enumerate(pieces, 1):
+            name = row["face"] if len(pieces) == 1 else "%s_%d" % (row["face"], k)
+            out.append((name, piece["side"], piece["box"]))
+    return tuple(out)
+
+
+def pieces_of(row):
+    """Where a face lies: reports of older documents know one place only."""
+    return row.get("pieces") or [{"side": row["side"], "box": row["box"]}]
 
 
 def hex_mesh(given, progress=None, **options):

@@ -217,12 +217,18 @@ def _preparation(report):
     return _section("Preparation: what was changed before the construction", _facts(rows))
 
 
+def _sides_of(row):
+    """The sides on which a face lies; reports of older documents know one only."""
+    pieces = row.get("pieces") or [row]
+    return ", ".join(SIDES[side] for side in sorted({p["side"] for p in pieces}))
+
+
 def _exactness(report):
     conformity = report["conformity"]
     parts = []
     if report.get("exactness"):
         rows = [
-            (r["face"], SIDES[r["side"]], r["kind"], r["distance"], r["allowed"], r["declared"],
+            (r["face"], _sides_of(r), r["kind"], r["distance"], r["allowed"], r["declared"],
              r["conversion"], "yes" if r["satisfied"] else "NO")
             for r in report["exactness"]
         ]

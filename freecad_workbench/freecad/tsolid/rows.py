@@ -109,8 +109,11 @@ def _requirement(need):
 def _sides(result):
     names = {}
     for k in range(result.boundary.n_patches):
-        side = result.boundary.placement(k).side
-        names.setdefault(side, []).append(result.part.patches[k].name or "patch %d" % k)
+        name = result.part.patches[k].name or "patch %d" % k
+        for side in sorted({p.side for p in result.boundary.placements(k)}):
+            own = names.setdefault(side, [])
+            if name not in own:  # a face can be many patches
+                own.append(name)
     if not names:  # Bezier elements without patches
         names = {side: [] for side in range(6)}
     grid = result.requirement["side_grid"]
