@@ -51,17 +51,13 @@ def _free_edges(shape, names):
     items = {}
     for face in shape.Faces:
         for wire in face.Wires:
-            for edge in wire.Edges:
+            for edge in wire.childShapes():  # a seam twice
                 if not edge.Degenerated:
                     name = names.edge(edge)
                     count[name] += 1
                     items[name] = edge
-    free = [n for n in items if count[n] == 1 and not _is_seam_somewhere(shape, items[n])]
+    free = [n for n in items if count[n] == 1]
     return [(n, items[n].valueAt(sum(items[n].ParameterRange) / 2)) for n in free]
-
-
-def _is_seam_somewhere(shape, edge):
-    return any(edge.isSeam(face) for face in shape.Faces)
 
 
 def the_solid(shape):
@@ -90,20 +86,19 @@ def the_solid(shape):
 def _refuse_no_solid(shape):
     if not shape.Faces:
         refuse("", "not a solid: the shape (%s) has no faces" % shape.ShapeType)
-    free = _free_edges(shape, Names(shape))
+    free = _open_edges(shape)
     if not free:
         refuse(
             "",
             "not a solid but a closed surface (%s): make a solid of it first (Part, Convert to "
             "solid)" % shape.ShapeType,
         )
-    raise Refused(
-        Status.ERROR_REFUSED,
-        [
-            error(name, "not a solid: the surface is open along this edge", point=point)
-            for name, point in free
-        ],
-    )
+    raise Refused(Status.ERROR_REFUSED, free)
+
+
+def _open_edges(shape):
+    text = "not a solid: the surface is open along this edge"
+    return [error(name, text, point=p) for name, p in _free_edges(shape, Names(shape))]
 
 
 # ---- the shape as a whole ------------------------------------------------------------------------
@@ -181,5 +176,8 @@ def _invalid_faces(shape):
 
 def problems_of(shape):
     """What no choice of corners could cure, each with its place."""
+    missing = _open_edges(shape)
+    if missing:
+        return missing
     small = _short_edges(shape) + _slivers(shape)
     return small or _invalid_faces(shape) or _genus_problem(shape)
