@@ -371,6 +371,38 @@ static void test_refusals(tsolid_context *context) {
   expect_refused(context, &bad, TSOLID_ERROR_REFUSED, "turns back on itself");
 }
 
+/* Borders that cross, touch, or run round twice: each but the second bounds a patch that is locally
+ * one-to-one along its border. */
+static void test_meetings(tsolid_context *context) {
+  flat_loop bad = {{FLAT_LINE(0, 0, 1, 0), FLAT_LINE(1, 0, 1, 1),
+                    FLAT_LINE(0, 1, 0.45, -0.1, 0.55, -0.1, 1, 1), FLAT_LINE(0, 0, 0, 1)}};
+  expect_refused(context, &bad, TSOLID_ERROR_REFUSED, "border v low and border v high of the face");
+  bad.border[2] = FLAT_LINE(0, 1, 0.5, 0, 1, 1);
+  expect_refused(context, &bad, TSOLID_ERROR_REFUSED, "cross or touch near (0.5,");
+  bad.border[2] = FLAT_LINE(0, 1, 0.5, 1e-9, 1, 1);
+  tsi_arena arena = tsi_arena_create(context);
+  made m = make(context, &arena, &bad, NULL);
+  CHECK(m.status == TSOLID_OK || strstr(tsolid_context_finding(context, 0)->text, "patch between"));
+  tsolid_coons_free(m.coons);
+  tsi_arena_free(&arena);
+  bad.border[2] = FLAT_LINE(0, 1, 0.6, 0.6, 0.6, 0.8, 0.4, 0.6, 1, 1);
+  expect_refused(context, &bad, TSOLID_ERROR_REFUSED, "border v high of the face meets itself");
+  /* a strip of constant width along a spiral of 1.2 turns without a pitch */
+  enum { N = 25 };
+  double xy[2][2 * N];
+  for (int i = 0; i < 2 * N; i++) {
+    double angle = 1.2 * 2.0 * flat_pi * (i % N) / (N - 1), r = i < N ? 2.0 : 1.0;
+    xy[i / N][2 * (i % N)] = r * cos(angle);
+    xy[i / N][2 * (i % N) + 1] = r * sin(angle);
+  }
+  const double *o = xy[0], *i = xy[1];
+  bad = (flat_loop){{flat_polyline(N, o),
+                     FLAT_LINE(o[2 * N - 2], o[2 * N - 1], i[2 * N - 2], i[2 * N - 1]),
+                     flat_polyline(N, i), FLAT_LINE(o[0], o[1], i[0], i[1])}};
+  expect_refused(context, &bad, TSOLID_ERROR_REFUSED, "near (");
+  CHECK(!strstr(tsolid_context_finding(context, 0)->text, "folds"));
+}
+
 static void test_malformed(tsolid_context *context) {
   flat_loop good = circle(1.0), bad;
   static const int degree[4] = {0, -1, 26, 1 << 30};
@@ -569,6 +601,152 @@ static void test_soundness(tsolid_context *context) {
   CHECK(n_verdict[TSOLID_UNDECIDED] < 300);
 }
 
+/* ---- prisms ------------------------------------------------------------------------------------
+ */
+
+/* Two caps made of the loop at two heights, and the four ruled faces between them, each with the
+ * weights of its curve times a factor of its own. */
+typedef struct prism {
+  tsolid_patch patch[6];
+  tsolid_coons *cap[2];
+  double points[4][6 * FLAT_MAX_CONTROL], weights[4][2 * FLAT_MAX_CONTROL];
+} prism;
+
+static const double rising[4] = {0.0, 0.0, 1.0, 1.0};
+
+static void make_prism(tsolid_context *context, tsi_arena *arena, const flat_loop *loop,
+                       prism *out) {
+  static const double factor[4] = {1.0, 3.0, 0.25, 2.0};
+  memset(out, 0, sizeof *out);
+  for (int end = 0; end < 2; end++) {
+    flat_loop at = *loop;
+    for (int k = 0; k < 4; k++)
+      for (int i = 0; i < at.border[k].n; i++)
+        at.border[k].point[i][2] = end;
+    made m = make(context, arena, &at, NULL);
+    if (CHECK(m.coons))
+      out->patch[end] = m.patch;
+    out->cap[end] = m.coons;
+  }
+  for (int k = 0; k < 4; k++) {
+    const flat_curve *c = &loop->border[k];
+    out->patch[2 + k] = (tsolid_patch){.degree = {c->degree, 1},
+                                       .n_control = {c->n, 2},
+                                       .knots = {c->knots, rising},
+                                       .points = out->points[k],
+                                       .weights = out->weights[k]};
+    for (int i = 0; i < 2 * c->n; i++) {
+      memcpy(out->points[k] + 3 * (ptrdiff_t)i, c->point[i % c->n], 2 * sizeof(double));
+      out->points[k][3 * i + 2] = i >= c->n;
+      out->weights[k][i] = factor[k] * c->weight[i % c->n];
+    }
+  }
+}
+
+/* The solid of a prism: its volume by the boundary's flux is the area; proved valid at the end. */
+static void expect_prism(tsolid_context *context, const flat_loop *loop, int n_bilinear,
+                         double area) {
+  static prism p;
+  tsi_arena arena = tsi_arena_create(context);
+  tsolid_boundary *boundary = NULL;
+  tsolid_tmesh *tmesh = NULL;
+  tsolid_space *space = NULL;
+  tsolid_solid *start = NULL, *solid = NULL;
+  tsolid_certificate certificate;
+  tsolid_report report;
+  tsolid_preparation preparation;
+  const tsolid_solid_options quick = {.effort = 2};
+  make_prism(context, &arena, loop, &p);
+  tsolid_boundary_input input = {.n_patches = 6, .patches = p.patch};
+  if (CHECK(tsolid_boundary_create(context, &input, NULL, NULL, &boundary) == TSOLID_OK)) {
+    tsolid_boundary_preparation(boundary, &preparation);
+    CHECK((preparation.n_bilinear_factors > 0) == (n_bilinear > 0));
+    for (int k = 0; k < 12; k++)
+      CHECK_NEAR(preparation.snap[k], 0.0, 1e-13);
+    CHECK(tsolid_tmesh_create(context, boundary, NULL, &tmesh) == TSOLID_OK &&
+          tsolid_space_create(context, boundary, tmesh, &space) == TSOLID_OK &&
+          tsolid_solid_create(context, space, &start) == TSOLID_OK &&
+          tsolid_solid_optimise(context, start, &quick, &solid) == TSOLID_OK &&
+          tsolid_certify(context, solid, NULL, &certificate, NULL) == TSOLID_OK &&
+          tsolid_report_measure(context, solid, NULL, &report) == TSOLID_OK);
+    CHECK(solid && certificate.verdict == TSOLID_POSITIVE);
+    CHECK(solid && fabs(report.conformity.flux / area - 1.0) <= 1e-9);
+  } else {
+    for (int i = 0; i < tsolid_context_n_findings(context); i++)
+      fprintf(stderr, "    %s\n", tsolid_context_finding(context, i)->text);
+  }
+  tsolid_solid_free(solid);
+  tsolid_solid_free(start);
+  tsolid_space_free(space);
+  tsolid_tmesh_free(tmesh);
+  tsolid_boundary_free(boundary);
+  for (int end = 0; end < 2; end++)
+    tsolid_coons_free(p.cap[end]);
+  tsi_arena_free(&arena);
+}
+
+static void test_prisms(tsolid_context *context) {
+  flat_loop loop = circle(1.0);
+  expect_prism(context, &loop, 0, flat_pi);
+  loop = ell();
+  expect_prism(context, &loop, 0, 3.0);
+  for (int k = 0; k < 4; k++) { /* weights that no constants close */
+    static const double end[4] = {1.7, 0.6, 2.0, 1.3}, origin[3] = {0.0, 0.0, 0.0};
+    double area[3];
+    loop = circle(1.0);
+    for (int b = 0; b < 4; b++) { /* flatter conics, with ends of unequal weights */
+      flat_curve *c = &loop.border[(b + k) % 4];
+      c->point[1][0] *= 0.85;
+      c->point[1][1] *= 0.85;
+      c->weight[1] *= end[b];
+      c->weight[2] *= end[b] * end[b];
+    }
+    tsi_arena arena = tsi_arena_create(context);
+    made m = make(context, &arena, &loop, NULL);
+    CHECK(m.coons && m.report.linear_border == 0 && m.report.n_singular == 0);
+    CHECK(m.coons && m.patch.degree[0] == 3 && m.patch.degree[1] == 2);
+    tsolid_coons_free(m.coons);
+    tsi_arena_free(&arena);
+    flat_green_area(&loop, origin, area);
+    if (k < 2)
+      expect_prism(context, &loop, 1, area[2]);
+  }
+}
+
+/* The border of the least degree is the one that is multiplied, whatever its number. */
+static void test_linear_factor(tsolid_context *context) {
+  flat_loop loop;
+  for (int k = 0; k < 4; k++) {
+    static const int turned[4][4] = {{0, 1, 2, 3}, {3, 0, 1, 2}, {2, 3, 0, 1}, {1, 2, 3, 0}};
+    static const double bow[3][3][2] = {
+        {{1, 0}, {1.2, 0.5}, {1, 1}}, {{0, 1}, {0.5, 1.2}, {1, 1}}, {{0, 0}, {-0.2, 0.5}, {0, 1}}};
+    flat_loop flat = circle(1.0);
+    flat.border[0] = FLAT_LINE(0, 0, 1, 0);
+    for (int i = 0; i < 9; i++)
+      memcpy(flat.border[1 + i / 3].point[i % 3], bow[i / 3][i % 3], 2 * sizeof(double));
+    flat.border[2].weight[0] = 4.0;
+    for (int b = 0; b < 4; b++) { /* the loop begins at another corner */
+      loop.border[b] = flat.border[turned[k][b]];
+      if ((b < 2) != (turned[k][b] < 2))
+        flat_reverse(&loop.border[b]);
+    }
+    double area[3];
+    static const double origin[3] = {0.0, 0.0, 0.0};
+    tsi_arena arena = tsi_arena_create(context);
+    made m = make(context, &arena, &loop, NULL);
+    if (CHECK(m.coons)) {
+      CHECK(turned[k][m.report.linear_border] == 0 &&
+            m.patch.degree[m.report.linear_border & 1] == 2);
+      check_identities(&m, &loop);
+    }
+    tsolid_coons_free(m.coons);
+    tsi_arena_free(&arena);
+    flat_green_area(&loop, origin, area);
+    if (k == 1)
+      expect_prism(context, &loop, 1, area[2]);
+  }
+}
+
 int main(void) {
   tsolid_context *context = NULL;
   if (tsolid_context_create(NULL, &context))
@@ -576,7 +754,10 @@ int main(void) {
   test_random(context);
   test_arcs(context);
   test_repair(context);
+  test_prisms(context);
+  test_linear_factor(context);
   test_refusals(context);
+  test_meetings(context);
   test_malformed(context);
   test_arguments(context);
   test_memory();

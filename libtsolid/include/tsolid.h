@@ -405,7 +405,8 @@ typedef struct tsolid_coons_report {
  * or, where that folds, the same borders with other control points inside the plane. Its borders
  * are the given curves: the very control points where degree and knots of opposite ones agree, else
  * raised and refined to what both have. Weights are multiplied by constants, so that they agree at
- * the corners. It is proved not to fold: det J > 0 but at singular corners. */
+ * the corners. It is proved one-to-one: det J > 0 but at singular corners, and a border that does
+ * not meet itself. */
 typedef struct tsolid_coons tsolid_coons;
 
 /* report may be NULL. TSOLID_ERROR_INPUT for malformed curves; TSOLID_ERROR_REFUSED when the

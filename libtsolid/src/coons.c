@@ -400,6 +400,8 @@ static tsolid_status run(tsi_coons_work *w, const tsolid_curve border[4], tsolid
   if (!status)
     status = tsi_coons_check_corners(w);
   if (!status)
+    status = tsi_coons_check_loop(w);
+  if (!status)
     status = make_coons(w);
   if (!status)
     status = make_attempt(w, border, &best);

@@ -86,6 +86,9 @@ tsolid_status tsi_coons_find_plane(tsi_coons_work *work);
 /* Singular corners and the bound; refuses corners without room, and borders that turn back. */
 tsolid_status tsi_coons_check_corners(tsi_coons_work *work);
 
+/* Refuses borders that meet elsewhere than at their corners (planar_border.c). */
+tsolid_status tsi_coons_check_loop(tsi_coons_work *work);
+
 const char *tsi_coons_corner_name(const tsi_coons_work *work, int corner);
 const double *tsi_coons_corner_point(const tsi_coons_work *work, int corner);
 

@@ -183,7 +183,7 @@ static double sweep_area(const tsi_coons_work *w, int k) {
   const tsi_patch *c = &w->border[k].curve;
   double node[TSI_MAX_GAUSS], weight[TSI_MAX_GAUSS], flat[2], area = 0.0;
   double value[TSI_MAX_ORDER], slope[TSI_MAX_ORDER];
-  int p = c->degree[0], n_gauss = p + 12;
+  int p = c->degree[0], n_gauss = p + 30;
   tsi_gauss(n_gauss, node, weight);
   for (int s = p; s < c->n[0]; s++)
     for (int q = 0; q < n_gauss && c->knots[0][s] < c->knots[0][s + 1]; q++) {
