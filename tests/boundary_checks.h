@@ -61,31 +61,53 @@ static inline int same_records(const tsolid_boundary *a, const tsolid_boundary *
          memcmp(&a->scale, &b->scale, sizeof a->scale) == 0;
 }
 
-/* Largest distance of the part and the boundary at random parameters, through the placement. */
-static inline double measure_distance(const part *p, const tsolid_boundary *boundary) {
+/* (u, v) of a patch to (s, t) of the side. */
+static inline void apply_placement(const tsolid_placement *place, double u, double v, double *s,
+                                   double *t) {
+  double p = (u - place->domain[0]) / (place->domain[1] - place->domain[0]);
+  double q = (v - place->domain[2]) / (place->domain[3] - place->domain[2]);
+  double m = place->moebius[0], n = place->moebius[1];
+  p = m * p / (m * p + (1.0 - p));
+  q = n * q / (n * q + (1.0 - q));
+  double a = place->flip[0] ? 1.0 - p : p, b = place->flip[1] ? 1.0 - q : q;
+  *s = fmin(place->box[0] + (place->swap ? b : a) * (place->box[1] - place->box[0]), 1.0);
+  *t = fmin(place->box[2] + (place->swap ? a : b) * (place->box[3] - place->box[2]), 1.0);
+}
+
+/* Largest distance of one patch and the boundary at n random parameters, and the four corners of
+ * all its pieces. */
+static inline double measure_patch_distance(const tsolid_patch *patch, int k,
+                                            const tsolid_boundary *boundary, int n) {
   tsolid_bezier_boundary view;
-  double worst = 0.0;
+  double worst = 0.0, area = 0.0, whole = 1.0;
+  int n_pieces = tsolid_boundary_n_placements(boundary, k);
   tsolid_boundary_view(boundary, &view);
-  for (int k = 0; k < p->n; k++) {
+  for (int d = 0; d < 2; d++)
+    whole *= patch->knots[d][patch->n_control[d]] - patch->knots[d][patch->degree[d]];
+  for (int j = 0; j < n_pieces; j++) {
     tsolid_placement place;
-    if (tsolid_boundary_placement(boundary, k, &place))
+    if (tsolid_boundary_placement(boundary, k, j, &place))
       return INFINITY;
-    for (int i = 0; i < 60; i++) {
-      double p0 = i < 4 ? i & 1 : random_unit(), q0 = i < 4 ? i >> 1 : random_unit(), x[3], y[3];
-      double u = place.domain[0] + p0 * (place.domain[1] - place.domain[0]);
-      double v = place.domain[2] + q0 * (place.domain[3] - place.domain[2]);
-      double m = place.moebius[0], n = place.moebius[1];
-      p0 = m * p0 / (m * p0 + (1.0 - p0));
-      q0 = n * q0 / (n * q0 + (1.0 - q0));
-      double a = place.flip[0] ? 1.0 - p0 : p0, b = place.flip[1] ? 1.0 - q0 : q0;
-      double s = place.box[0] + (place.swap ? b : a) * (place.box[1] - place.box[0]);
-      double t = place.box[2] + (place.swap ? a : b) * (place.box[3] - place.box[2]);
-      evaluate_patch(&p->patch[k], u, v, x);
-      if (!evaluate_boundary(&view, place.side, fmin(s, 1.0), fmin(t, 1.0), y))
+    area += (place.domain[1] - place.domain[0]) * (place.domain[3] - place.domain[2]);
+    for (int i = 0; i < 4 + n / n_pieces; i++) {
+      double p = i < 4 ? i & 1 : random_unit(), q = i < 4 ? i >> 1 : random_unit(), s, t;
+      double u = place.domain[0] + p * (place.domain[1] - place.domain[0]), x[3], y[3];
+      double v = place.domain[2] + q * (place.domain[3] - place.domain[2]);
+      apply_placement(&place, u, v, &s, &t);
+      evaluate_patch(patch, u, v, x);
+      if (!evaluate_boundary(&view, place.side, s, t, y))
         return INFINITY;
       worst = fmax(worst, hypot(hypot(x[0] - y[0], x[1] - y[1]), x[2] - y[2]));
     }
   }
+  return fabs(area / whole - 1.0) < 1e-12 ? worst : INFINITY; /* the pieces are the patch */
+}
+
+/* The largest of all patches, relative to the part's size. */
+static inline double measure_distance(const part *p, const tsolid_boundary *boundary) {
+  double worst = 0.0;
+  for (int k = 0; k < p->n; k++)
+    worst = fmax(worst, measure_patch_distance(&p->patch[k], k, boundary, 60));
   return worst / tsolid_boundary_scale(boundary);
 }
 

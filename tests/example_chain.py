@@ -59,12 +59,12 @@ def outward(placement):
 
 
 def volume_within(patches, placements):
-    """By the flux of x/3 through the patches as given; about their middle, against cancellation."""
+    """placements: all pieces of each patch. By the flux of x/3 through the patches as given; about their middle, against cancellation."""
     middle = np.mean([p.points.mean(axis=(0, 1)) for p in patches], axis=0)
     total = 0.0
     for patch, placement in zip(patches, placements):
         shifted = Patch(patch.degree, patch.knots, patch.points - middle, patch.weights)
-        total += outward(placement) * shifted.flux()
+        total += outward(placement[0]) * shifted.flux()
     return total
 
 
@@ -91,7 +91,7 @@ class Chain:
         self.context = binding.Context()
         self.solid = binding.Solid.read(self.context, self.path)
         self.prepared = binding.Boundary.from_file(self.context, self.given)
-        self.placements = [self.prepared.placement(k) for k in range(len(self.patches))]
+        self.placements = [self.prepared.placements(k) for k in range(len(self.patches))]
 
     def declared(self, side):
         """How far the report says control points of a side were moved."""
@@ -109,18 +109,18 @@ class Chain:
         """Largest distance beyond what is declared, at random points of the faces as given."""
         draw = random.Random("%s/%d" % (self.name, seed))
         worst = 0.0
-        for patch, placement in zip(self.patches, self.placements):
+        for patch, placements in zip(self.patches, self.placements):
+            declared = max(self.declared(place.side) for place in placements)
             (u0, u1), (v0, v1) = patch.domain()
             u = [u0, u1, u0, u1] + [draw.uniform(u0, u1) for _ in range(count - 4)]
             v = [v0, v0, v1, v1] + [draw.uniform(v0, v1) for _ in range(count - 4)]
             expected = patch.evaluate(u, v)
             found = np.empty_like(expected)
             for k, (a, b) in enumerate(zip(u, v)):
-                s, t = placement.map(a, b)
-                block, place = solid.boundary_point(placement.side, s, t)
+                block, place = solid.boundary_point(*placements.locate(a, b))
                 found[k] = solid.evaluate(self.context, block, place)[0]
             away = np.linalg.norm(found - expected, axis=1).max()
-            worst = np.fmax(worst, away - self.declared(placement.side)) if away == away else np.inf
+            worst = np.fmax(worst, away - declared) if away == away else np.inf
         return float(worst)
 
     def failures(self, least_ratio=0.5, snapped=False, n_singular=0):

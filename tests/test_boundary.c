@@ -388,7 +388,7 @@ static void test_bezier(tsolid_context *context) {
     CHECK(same_boundaries(boundary, again));
     CHECK(again && again->requirement.satisfied && again->scale == boundary->scale);
     tsolid_placement place;
-    CHECK(tsolid_boundary_placement(again, 0, &place) == TSOLID_ERROR_ARGUMENT);
+    CHECK(tsolid_boundary_placement(again, 0, 0, &place) == TSOLID_ERROR_ARGUMENT);
     tsolid_boundary_free(again);
     for (int i = 0; i < 24; i++) {
       bezier_copy c;

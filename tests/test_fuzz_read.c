@@ -309,7 +309,7 @@ static size_t make_mixed_seed(tsolid_context *context, const tsolid_boundary_inp
     points[4 * n + 3] = w;
     point[i] = n;
   }
-  CHECK(tsolid_boundary_placement(boundary, 1, &place) == TSOLID_OK);
+  CHECK(tsolid_boundary_placement(boundary, 1, 0, &place) == TSOLID_OK);
   tsolid_bezier_side side = view.side[place.side];
   if (!CHECK(side.n_elements == 1 && side.function_start[1] <= MOST / 2))
     return 0;

@@ -223,7 +223,7 @@ static double mixture_distance(const mixture *m, const tsolid_boundary *boundary
   tsolid_boundary_view(boundary, &view);
   for (int k = 0; k < m->n; k++) {
     tsolid_placement place;
-    CHECK(tsolid_boundary_placement(boundary, k, &place) == TSOLID_OK);
+    CHECK(tsolid_boundary_placement(boundary, k, 0, &place) == TSOLID_OK);
     for (int i = 0; i < 60; i++) {
       double p = i < 4 ? i & 1 : random_unit(), q = i < 4 ? i >> 1 : random_unit(), x[3],
              y[3] = {0.0};
@@ -463,7 +463,7 @@ static tsolid_status mix_bezier(tsolid_context *context, const part *p, const ts
     number[i] = -1;
   for (int k = 0; k < 6; k++) {
     tsolid_placement place;
-    CHECK(tsolid_boundary_placement(from, k, &place) == TSOLID_OK);
+    CHECK(tsolid_boundary_placement(from, k, 0, &place) == TSOLID_OK);
     if (!(kinds >> k & 1)) {
       add_nurbs(&m, &p->patch[k], 0, 0, 0);
       continue;

@@ -61,6 +61,13 @@ void cli_print_requirement(const tsolid_requirement *r) {
     printf("%d patches, %d edges, %d vertices, %d of them extraordinary\n", r->n_patches,
            r->n_edges, r->n_vertices, r->n_extraordinary);
   }
+  if (r->satisfied && r->corner_name[0][0]) {
+    print_title("");
+    printf("corners");
+    for (int k = 0; k < 8; k++)
+      printf("%s %s", k ? "," : "", r->corner_name[k][0] ? r->corner_name[k] : "(no name)");
+    printf("\n");
+  }
   if (!r->satisfied) {
     print_title("");
     printf("%d violation%s\n", r->n_violations, r->n_violations == 1 ? "" : "s");
@@ -88,6 +95,11 @@ void cli_print_preparation(const tsolid_preparation *p) {
   if (p->n_moebius > 0) {
     print_title("");
     printf("parameters changed projectively in %d patch directions: exact\n", p->n_moebius);
+  }
+  if (p->n_cut_patches > 0) {
+    print_title("");
+    printf("%d patches cut along %d isolines at vertices of neighbours: exact, C^0 there\n",
+           p->n_cut_patches, p->n_cuts);
   }
   if (p->refine_knots > 0 || p->raise_degree > 0) {
     print_title("");

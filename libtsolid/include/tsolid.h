@@ -274,8 +274,11 @@ typedef struct tsolid_boundary_input { /* one of the three */
 
 typedef struct tsolid_boundary_options { /* all zero = default */
   double tolerance;                      /* B-rep tolerance, absolute; 0: 1e-7 */
-  int refine_knots; /* halve every knot span of the sides so often (exact), 0..6 */
-  int raise_degree; /* raise every side's degree by so much (exact) */
+  int refine_knots;      /* halve every knot span of the sides so often (exact), 0..6 */
+  int raise_degree;      /* raise every side's degree by so much (exact) */
+  int n_corners;         /* 8, or 0: */
+  const double *corners; /* the vertices that must be the cube's corners, rows of 3, in any order:
+                            TSOLID_ERROR_REFUSED where another vertex is one. Patches only */
 } tsolid_boundary_options;
 
 /* The requirement of Zhang, Wang, Hughes (2012), section 2, checked. Filled as far as the check
@@ -283,11 +286,13 @@ typedef struct tsolid_boundary_options { /* all zero = default */
 typedef struct tsolid_requirement {
   int satisfied;
   int closed, connected, genus;       /* genus -1: not known */
-  int n_patches, n_vertices, n_edges; /* of the patch complex */
+  int n_patches, n_vertices, n_edges; /* of the complex of patches, or pieces of cut ones */
   int n_extraordinary;                /* vertices of a valence other than 4 */
   int n_violations;
-  double corner[8][3]; /* in the canonical numbering, when satisfied */
-  int side_grid[6][2]; /* patches along (s, t) of each side, when satisfied */
+  double corner[8][3];     /* in the canonical numbering, when satisfied */
+  int side_grid[6][2];     /* patches along (s, t) of each side, when satisfied */
+  char corner_name[8][64]; /* the least by bytes of the names that patches have for the corner,
+                              cut off after a whole UTF-8 character; "": none. Not in .tsolid */
 } tsolid_requirement;
 
 /* What was changed, exactly or within the tolerance, before the construction. */
@@ -306,9 +311,14 @@ typedef struct tsolid_preparation {
   int n_moebius;          /* patch directions whose parameter t became c t/(c t + 1 - t), which
                              changes knots and weights but not the surface; the parameter that
                              most patches around the part share stands, the others are changed */
+  int n_cut_patches; /* input patches that were cut along isolines, exactly, because a corner of
+                        another lay inside a border of theirs (T-vertex), or a cut ended there */
+  int n_cuts;        /* those isolines, counted by patch. The surface is unchanged; functions
+                        are C^0 across a cut through a NURBS patch */
 } tsolid_preparation;
 
-/* Where input patch k lies: (s,t) of side = affine or projective image of the patch's own (u,v).
+/* Where a piece of input patch k lies, the part `domain` = (u0, u1, v0, v1) of the patch's own
+ * parameters: (s,t) of side = affine or projective image of (u,v).
  * p = (u - domain[0])/(domain[1]-domain[0]), q likewise with domain[2..3]; then, where moebius is
  * not 1, p = moebius[0] p / (moebius[0] p + (1 - p)), q likewise; flip[0]: p = 1-p, flip[1]: q =
  * 1-q; swap: exchange p and q *after* flipping; s = box[0] + p (box[1]-box[0]), t = box[2] + q
@@ -339,9 +349,12 @@ TSOLID_API void tsolid_boundary_requirement(const tsolid_boundary *boundary,
                                             tsolid_requirement *requirement);
 TSOLID_API void tsolid_boundary_preparation(const tsolid_boundary *boundary,
                                             tsolid_preparation *preparation);
-/* Placement of input patch k; TSOLID_ERROR_ARGUMENT when the boundary was not made of patches in
- * this process (the file formats keep no input numbering: results do not depend on it). */
-TSOLID_API tsolid_status tsolid_boundary_placement(const tsolid_boundary *boundary, int k,
+/* Pieces of input patch k: 1 unless it was cut, then the cells of a grid, along u first. 0 when the
+ * boundary was not made of patches in this process (the file formats keep no input numbering:
+ * results do not depend on it). */
+TSOLID_API int tsolid_boundary_n_placements(const tsolid_boundary *boundary, int k);
+/* Placement of piece i of input patch k; TSOLID_ERROR_ARGUMENT when there is none. */
+TSOLID_API tsolid_status tsolid_boundary_placement(const tsolid_boundary *boundary, int k, int i,
                                                    tsolid_placement *placement);
 /* The larger of the bounding-box diagonal and the largest |coordinate| of the control points. */
 TSOLID_API double tsolid_boundary_scale(const tsolid_boundary *boundary);
@@ -788,7 +801,8 @@ TSOLID_API tsolid_status tsolid_assembly_json(tsolid_context *context,
  */
 
 /* A named part of the boundary: a box of (s,t) on one side, usually a face of the user's part
- * (tsolid_placement says where it lies). Regions do not overlap; their borders become mesh lines.
+ * (tsolid_placement says where it lies). Regions do not overlap; their borders become mesh lines;
+ * those of one name, pieces of one face, are one region of the mesh, at the first one's place.
  */
 typedef struct tsolid_region {
   const char *name;

@@ -113,6 +113,7 @@ static tsolid_status make_facets(tsolid_context *context, int n_functions, const
   for (int i = 0; !status && i < 6; i++) {
     status = tsi_side_measure(context, points, &side[i], middle, &facet[i]);
     facet[i].name = name[i];
+    facet[i].patch = i;
     for (int b = 0; b < 4; b++)
       facet[i].tolerance[b] = tolerance;
   }

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "boundary.h"
+#include "complex.h"
 #include "surface.h"
 
 static const char stage[] = "boundary";
@@ -42,6 +43,7 @@ void tsolid_boundary_free(tsolid_boundary *boundary) {
     tsi_delete(&allocator, side->function);
     tsi_delete(&allocator, side->coefficient);
   }
+  tsi_delete(&allocator, boundary->placement_start);
   tsi_delete(&allocator, boundary->placement);
   tsi_delete(&allocator, boundary->points);
   tsi_delete(&allocator, boundary);
@@ -69,11 +71,17 @@ void tsolid_boundary_preparation(const tsolid_boundary *boundary, tsolid_prepara
   *preparation = boundary->preparation;
 }
 
-tsolid_status tsolid_boundary_placement(const tsolid_boundary *boundary, int k,
+int tsolid_boundary_n_placements(const tsolid_boundary *boundary, int k) {
+  if (!boundary || k < 0 || k >= boundary->n_patches)
+    return 0;
+  return boundary->placement_start[k + 1] - boundary->placement_start[k];
+}
+
+tsolid_status tsolid_boundary_placement(const tsolid_boundary *boundary, int k, int i,
                                         tsolid_placement *placement) {
-  if (!boundary || !placement || k < 0 || k >= boundary->n_placements)
+  if (!placement || i < 0 || i >= tsolid_boundary_n_placements(boundary, k))
     return TSOLID_ERROR_ARGUMENT;
-  *placement = boundary->placement[k];
+  *placement = boundary->placement[boundary->placement_start[k] + i];
   return TSOLID_OK;
 }
 
@@ -89,48 +97,19 @@ static void project(const double h[4], double x[3]) {
     x[c] = h[c] / h[3];
 }
 
-/* Length of the control polygon of border b. */
-static double measure_border(const tsi_patch *patch, int b) {
-  int along = b & 1;
-  size_t n0 = (size_t)patch->n[0], n1 = (size_t)patch->n[1];
-  size_t start = b == 1 ? n0 - 1 : b == 2 ? n0 * (n1 - 1) : 0, step = along ? n0 : 1;
-  double length = 0.0, previous[3], point[3];
-  for (size_t m = 0; m < (size_t)patch->n[along]; m++) {
-    project(patch->control + 4 * (start + m * step), point);
-    if (m)
-      length +=
-          hypot(hypot(point[0] - previous[0], point[1] - previous[1]), point[2] - previous[2]);
-    memcpy(previous, point, sizeof previous);
-  }
-  return length;
-}
-
-static void evaluate_point(const tsi_patch *patch, double u, double v, double x[3]) {
-  double h[4];
-  tsi_patch_evaluate(patch, u, v, h, NULL);
-  project(h, x);
-}
-
-static void make_facet(const tsolid_patch *source, const tsi_patch *patch, const double origin[3],
-                       tsi_facet *facet) {
+/* With the corners' own coordinates, bit for bit. */
+static void measure_patch(const tsolid_patch *source, const tsi_patch *patch,
+                          const double origin[3], tsi_facet *facet) {
   size_t n0 = (size_t)patch->n[0], n1 = (size_t)patch->n[1];
   size_t at[4] = {0, n0 - 1, n0 * n1 - 1, n0 * (n1 - 1)};
-  for (int b = 0; b < 4; b++) {
-    for (size_t c = 0; c < 3; c++)
-      facet->corner[b][c] = source->points[3 * at[b] + c];
-    for (int i = 0; i < 3; i++) {
-      double x = 0.25 * (i + 1), along = b < 2 ? x : 1.0 - x;
-      evaluate_point(patch, b & 1 ? (b == 1 ? 1.0 : 0.0) : along,
-                     b & 1 ? along : (b == 2 ? 1.0 : 0.0), facet->sample[b][i]);
-    }
-    facet->length[b] = measure_border(patch, b);
-  }
-  evaluate_point(patch, 0.5, 0.5, facet->centre);
-  tsi_patch_measure(patch, origin, &facet->area, &facet->flux);
+  tsi_facet_measure(patch, origin, facet);
+  for (int b = 0; b < 4; b++)
+    memcpy(facet->corner[b], source->points + 3 * at[b], sizeof facet->corner[b]);
 }
 
-static void name_facet(const tsolid_patch *source, double tolerance, tsi_facet *facet) {
+static void name_facet(const tsolid_patch *source, int k, double tolerance, tsi_facet *facet) {
   facet->name = source->name;
+  facet->patch = k;
   for (int b = 0; b < 4; b++) {
     facet->tolerance[b] = fmax(tolerance, source->border_tolerance[b]);
     facet->border_name[b] = source->border_name[b];
@@ -167,17 +146,9 @@ static void find_middle(const tsolid_boundary_input *input, double middle[3]) {
 /* ---- facets to the shell ----------------------------------------------------------------------
  */
 
-/* The patches of the input as they are: each is of one of three kinds (see tsi_shell). */
-typedef struct patch_list {
-  int n;
-  tsi_patch *patch;
-  tsi_tspline *tspline;
-  tsi_side *elements;
-  tsi_facet *facet;
-} patch_list;
-
-static tsolid_status place_patch(tsolid_context *context, tsi_arena *arena, const patch_list *from,
-                                 const tsi_place *place, int p, tsi_shell *shell) {
+static tsolid_status place_patch(tsolid_context *context, tsi_arena *arena,
+                                 const tsi_patch_list *from, const tsi_place *place, int p,
+                                 tsi_shell *shell) {
   int k = place->facet, placed = 1;
   shell->place[p] = place;
   shell->moebius[p][0] = shell->moebius[p][1] = 1.0;
@@ -192,10 +163,11 @@ static tsolid_status place_patch(tsolid_context *context, tsi_arena *arena, cons
 }
 
 static tsolid_status place_patches(tsolid_context *context, tsi_arena *arena, const tsi_cube *cube,
-                                   const patch_list *from, const tsolid_boundary_input *input,
+                                   const tsi_patch_list *from, const tsolid_boundary_input *input,
                                    tsi_shell *shell) {
   int n = from->n, first_point = tsi_shell_add_points(arena, shell, input->n_points);
   shell->facet = from->facet;
+  shell->domain = from->domain;
   shell->patch = tsi_arena_new(arena, (size_t)n, sizeof *shell->patch);
   shell->place = tsi_arena_new(arena, (size_t)n, sizeof *shell->place);
   shell->moebius = tsi_arena_new(arena, (size_t)n, sizeof *shell->moebius);
@@ -221,18 +193,20 @@ static tsolid_status place_patches(tsolid_context *context, tsi_arena *arena, co
   return TSOLID_OK;
 }
 
+/* The list has the pieces of a patch side by side, so they keep their numbers. */
 static tsolid_status record_placements(tsolid_context *context, const tsi_shell *shell,
-                                       const tsolid_boundary_input *input,
+                                       const tsi_patch_list *list, int n_patches,
                                        tsolid_boundary *boundary) {
-  boundary->placement =
-      tsi_new(&context->allocator, (size_t)input->n_patches, sizeof *boundary->placement);
-  if (!boundary->placement)
+  boundary->placement = tsi_new(&context->allocator, (size_t)list->n, sizeof *boundary->placement);
+  boundary->placement_start = tsi_new(&context->allocator, (size_t)n_patches + 1, sizeof(int));
+  if (!boundary->placement || !boundary->placement_start)
     return tsi_no_memory(context, stage);
-  boundary->n_placements = input->n_patches;
+  boundary->n_patches = n_patches;
+  for (int k = 0; k < list->n; k++)
+    boundary->placement_start[list->facet[k].patch + 1] = k + 1;
   for (int side = 0; side < 6; side++)
     for (int p = shell->first[side]; p < shell->first[side + 1]; p++) {
       const tsi_place *place = shell->place[p];
-      const tsolid_patch *source = &input->patches[place->facet];
       tsolid_placement *out = &boundary->placement[place->facet];
       int s = tsi_side_s(side), t = tsi_side_t(side), at = p - shell->first[side];
       const double *line_s = shell->line[s] + at % shell->n_strips[s];
@@ -241,8 +215,8 @@ static tsolid_status record_placements(tsolid_context *context, const tsi_shell 
                                 .swap = place->swap,
                                 .flip = {place->flip[0], place->flip[1]},
                                 .box = {line_s[0], line_s[1], line_t[0], line_t[1]}};
+      memcpy(out->domain, list->domain[place->facet], sizeof out->domain);
       for (int d = 0; d < 2; d++) {
-        tsi_form_domain(source, d, out->domain + 2 * d);
         double a = shell->moebius[p][place->swap ? 1 - d : d];
         out->moebius[d] = place->flip[d] ? 1.0 / a : a;
       }
@@ -410,7 +384,7 @@ static tsolid_status finish_draft(tsolid_context *context, tsi_arena *arena, con
 
 /* All T-splines and Bezier elements take the input's points, and every point is taken. */
 static tsolid_status vet_points(tsolid_context *context, tsi_arena *arena,
-                                const tsolid_boundary_input *input, const patch_list *list) {
+                                const tsolid_boundary_input *input, const tsi_patch_list *list) {
   int n = input->n_points;
   unsigned char *used = tsi_arena_new(arena, (size_t)n, 1);
   if (!used)
@@ -431,7 +405,7 @@ static tsolid_status vet_points(tsolid_context *context, tsi_arena *arena,
 }
 
 static tsolid_status read_patch(tsolid_context *context, tsi_arena *arena,
-                                const tsolid_boundary_input *input, int k, patch_list *list) {
+                                const tsolid_boundary_input *input, int k, tsi_patch_list *list) {
   if (has_form(&input->patches[k]))
     return tsi_form_read(context, arena, input, k, &list->tspline[k], &list->elements[k]);
   tsolid_status status = tsi_patch_vet(context, &input->patches[k], k);
@@ -442,16 +416,10 @@ static tsolid_status read_patch(tsolid_context *context, tsi_arena *arena,
 
 static tsolid_status read_patches(tsolid_context *context, tsi_arena *arena,
                                   const tsolid_boundary_input *input, double tolerance,
-                                  patch_list *list) {
+                                  double middle[3], tsi_patch_list *list) {
   int n = input->n_patches;
-  double middle[3];
   tsolid_status status = TSOLID_OK;
-  *list = (patch_list){.n = n,
-                       .patch = tsi_arena_new(arena, (size_t)n, sizeof *list->patch),
-                       .tspline = tsi_arena_new(arena, (size_t)n, sizeof *list->tspline),
-                       .elements = tsi_arena_new(arena, (size_t)n, sizeof *list->elements),
-                       .facet = tsi_arena_new(arena, (size_t)n, sizeof *list->facet)};
-  if (!list->patch || !list->tspline || !list->elements || !list->facet)
+  if (!tsi_patch_list_create(arena, n, list))
     return tsi_no_memory(context, stage);
   if (input->n_points)
     status = tsi_points_check(context, input->n_points, input->points);
@@ -466,13 +434,52 @@ static tsolid_status read_patches(tsolid_context *context, tsi_arena *arena,
   find_middle(input, middle);
   for (int k = 0; !status && k < n; k++) {
     tsi_facet *facet = &list->facet[k];
+    for (int d = 0; d < 2; d++)
+      tsi_form_domain(&input->patches[k], d, list->domain[k] + 2 * d);
     if (list->patch[k].n[0])
-      make_facet(&input->patches[k], &list->patch[k], middle, facet);
+      measure_patch(&input->patches[k], &list->patch[k], middle, facet);
     else
       status = tsi_side_measure(context, input->points, &list->elements[k], middle, facet);
-    name_facet(&input->patches[k], tolerance, facet);
+    name_facet(&input->patches[k], k, tolerance, facet);
   }
   return status;
+}
+
+/* The caller's corners are the cube's. */
+static tsolid_status check_corners(tsolid_context *context, const tsi_patch_list *list,
+                                   const tsolid_boundary_options *options,
+                                   tsolid_requirement *requirement) {
+  double allowed = 0.0;
+  int taken[8] = {0};
+  for (int k = 0; k < list->n; k++)
+    for (int b = 0; b < 4; b++)
+      allowed = fmax(allowed, list->facet[k].tolerance[b]);
+  for (int i = 0; i < options->n_corners; i++) {
+    const double *x = options->corners + 3 * i;
+    int nearest = 0;
+    for (int k = 1; k < 8; k++)
+      if (tsi_distance(x, requirement->corner[k]) < tsi_distance(x, requirement->corner[nearest]))
+        nearest = k;
+    double distance = tsi_distance(x, requirement->corner[nearest]);
+    if (distance <= allowed && !taken[nearest]++)
+      continue;
+    const double *at = requirement->corner[nearest];
+    const char *name = requirement->corner_name[nearest];
+    tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
+    tsi_set_point(&finding, x);
+    finding.measured = distance;
+    finding.allowed = allowed;
+    requirement->satisfied = 0;
+    requirement->n_violations++;
+    return tsi_report(
+        context, &finding,
+        "(%.6g, %.6g, %.6g) was given as a corner of the cube, but %s: the nearest of "
+        "the eight vertices with three faces is %s at (%.6g, %.6g, %.6g)",
+        x[0], x[1], x[2],
+        distance <= allowed ? "another point is there too" : "the cube has none there",
+        *name ? name : "the one", at[0], at[1], at[2]);
+  }
+  return TSOLID_OK;
 }
 
 static tsolid_status create_from_patches(tsolid_context *context, tsi_arena *arena,
@@ -480,14 +487,20 @@ static tsolid_status create_from_patches(tsolid_context *context, tsi_arena *are
                                          const tsolid_boundary_options *options, double tolerance,
                                          tsolid_requirement *requirement,
                                          tsolid_boundary **boundary) {
-  patch_list list;
+  tsi_patch_list list;
   tsi_cube cube;
   tsi_shell shell = {.patch = NULL};
   tsi_draft draft = {.points = NULL};
   tsolid_preparation preparation = {.knot_merge = 0.0};
-  tsolid_status status = read_patches(context, arena, input, tolerance, &list);
+  double middle[3];
+  tsolid_status status = read_patches(context, arena, input, tolerance, middle, &list);
   if (!status)
-    status = tsi_cube_find(context, arena, input->n_patches, list.facet, requirement, &cube);
+    status = tsi_split(context, arena, input, tolerance, middle, &list, &preparation);
+  requirement->n_violations += status == TSOLID_ERROR_REFUSED;
+  if (!status)
+    status = tsi_cube_find(context, arena, list.n, list.facet, requirement, &cube);
+  if (!status)
+    status = check_corners(context, &list, options, requirement);
   if (!status)
     status = tsi_progress(context, stage, 0.3);
   if (!status)
@@ -518,7 +531,7 @@ static tsolid_status create_from_patches(tsolid_context *context, tsi_arena *are
   if (!status)
     status = finish_draft(context, arena, &draft, boundary);
   if (!status)
-    status = record_placements(context, &shell, input, *boundary);
+    status = record_placements(context, &shell, &list, input->n_patches, *boundary);
   if (!status)
     (*boundary)->preparation = preparation;
   return status;
@@ -584,6 +597,14 @@ static tsolid_status check_arguments(tsolid_context *context, const tsolid_bound
   if (options->raise_degree < 0 || options->raise_degree >= TSI_MAX_DEGREE)
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage, "raise_degree is %d, not one of 0 to %d",
                     options->raise_degree, TSI_MAX_DEGREE - 1);
+  if ((options->n_corners != 0 && options->n_corners != 8) ||
+      (options->n_corners && (!options->corners || !input->patches)))
+    return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
+                    "%d corners are given, eight are needed, of a boundary of patches",
+                    options->n_corners);
+  for (int i = 0; i < 3 * options->n_corners; i++)
+    if (!isfinite(options->corners[i]))
+      return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage, "Corner %d is not finite", i / 3);
   if (!input->patches && (options->refine_knots || options->raise_degree))
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage,
                     "Only NURBS patches can be refined, not Bezier elements");

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
  * The steps from input to boundary, private to the stage:
  *
- *     patches -> facets -> cube -> shell (canonical patches)
+ *     patches -> facets -> pieces -> cube -> shell (canonical patches)
  *             -> parameters, factors, belts, rows along seams, weights, snapping -> draft
  *     Bezier sides -> facets -> cube -> draft
  *     draft -> boundary */
@@ -31,10 +31,33 @@ typedef struct tsi_shell {
   double *control;      /* homogeneous points of T-splines and elements, rows of 4 */
   int n_control, control_capacity;
   const tsi_place **place;
-  const tsi_facet *facet; /* by input number */
+  const tsi_facet *facet; /* by number in the list of patches, */
+  double (*domain)[4];    /* and their bounds in the input patches' own parameters */
   double *line[3];        /* n_strips + 1 values where strips begin and end */
   double (*moebius)[2];   /* per patch: its own x is now moebius x/(moebius x + 1 - x) */
 } tsi_shell;
+
+/* The patches of the input, or pieces of them: each is of one of three kinds (see tsi_shell); a
+ * T-spline has its elements too. */
+typedef struct tsi_patch_list {
+  int n;
+  tsi_patch *patch;
+  tsi_tspline *tspline;
+  tsi_side *elements;
+  tsi_facet *facet;
+  double (*domain)[4]; /* bounds of the input patch's own parameters */
+} tsi_patch_list;
+
+int tsi_patch_list_create(tsi_arena *arena, int n, tsi_patch_list *list); /* 0: no memory */
+/* All of a facet that its geometry tells. */
+void tsi_facet_measure(const tsi_patch *patch, const double origin[3], tsi_facet *facet);
+
+/* Cuts patches along isolines, exactly, until no corner of one lies inside a border of another.
+ * Notes tell which, refusals why not. */
+tsolid_status tsi_split(tsolid_context *context, tsi_arena *arena,
+                        const tsolid_boundary_input *input, double tolerance,
+                        const double origin[3], tsi_patch_list *list,
+                        tsolid_preparation *preparation);
 
 /* Gives both sides of every seam one parameter by Moebius changes of patches; refuses seams whose
  * sides are apart at equal parameters for another reason. */

@@ -14,9 +14,9 @@ enum { MAX_SAME_ENDS = 16, MAX_SHOWN = 20, MAX_GAP_SEARCH = 64 };
  * third when nearer than the second. */
 static const double same_edge = 0.25, coincident = 1e-3;
 
-const char *tsi_name_border(const tsi_facet *facet, int k, int b, char text[TSI_BORDER_NAME_SIZE]) {
+const char *tsi_name_border(const tsi_facet *facet, int b, char text[TSI_BORDER_NAME_SIZE]) {
   char name[TSI_NAME_SIZE], border[TSI_NAME_SIZE];
-  tsi_name_patch(facet->name, k, name);
+  tsi_name_facet(facet, name);
   if (facet->border_name[b] && *facet->border_name[b])
     tsi_name_patch(facet->border_name[b], b, border);
   else
@@ -27,10 +27,18 @@ const char *tsi_name_border(const tsi_facet *facet, int k, int b, char text[TSI_
 
 tsolid_finding tsi_violation(tsi_complex *c, tsolid_entity entity, int k, int part) {
   tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
-  finding.entity = entity;
-  finding.index[0] = k;
-  finding.index[1] = part;
   c->requirement->n_violations++;
+  finding.entity = entity;
+  if (entity == TSOLID_ENTITY_NONE)
+    return finding;
+  const tsi_facet *facet = &c->facet[k];
+  finding.index[0] = facet->patch;
+  finding.index[1] = part;
+  if ((entity == TSOLID_ENTITY_BORDER && facet->is_cut[part]) ||
+      (entity == TSOLID_ENTITY_VERTEX && facet->is_inner[part])) {
+    finding.entity = TSOLID_ENTITY_PATCH; /* the input's patch has no such part */
+    finding.index[1] = 0;
+  }
   return finding;
 }
 
@@ -63,11 +71,11 @@ int tsi_compare_points(const double a[3], const double b[3]) {
 static void check_facet(tsi_complex *c, int k) {
   const tsi_facet *facet = &c->facet[k];
   char name[TSI_NAME_SIZE], border[TSI_BORDER_NAME_SIZE];
-  tsi_name_patch(facet->name, k, name);
+  tsi_name_facet(facet, name);
   double longest = 0.0, tolerance = 0.0;
   int poles = 0;
   for (int b = 0; b < 4; b++) {
-    tsi_name_border(facet, k, b, border);
+    tsi_name_border(facet, b, border);
     longest = max_of(longest, facet->length[b]);
     tolerance = max_of(tolerance, facet->tolerance[b]);
     if (facet->length[b] <= 2.0 * facet->tolerance[b]) {
@@ -257,8 +265,7 @@ tsolid_status tsi_complex_find_duplicates(tsi_complex *c) {
     tsolid_finding finding = tsi_violation(c, TSOLID_ENTITY_PATCH, b, 0);
     tsi_set_point(&finding, c->facet[b].centre);
     tsi_report(c->context, &finding, "%s is a duplicate of %s",
-               tsi_name_patch(c->facet[b].name, b, name[1]),
-               tsi_name_patch(c->facet[a].name, a, name[0]));
+               tsi_name_facet(&c->facet[b], name[1]), tsi_name_facet(&c->facet[a], name[0]));
   }
   return refuse_violations(c);
 }
@@ -352,7 +359,7 @@ static void refuse_shared(tsi_complex *c, int slot, int n) {
   tsi_report(c->context, &finding,
              "%s is shared by %d faces instead of two: isolines coincide or there is a face too "
              "many",
-             tsi_name_border(&c->facet[slot / 4], slot / 4, slot % 4, border), n);
+             tsi_name_border(&c->facet[slot / 4], slot % 4, border), n);
 }
 
 /* Pairs the m borders that join the same two vertices by where they run. */
@@ -462,7 +469,7 @@ static void report_free(tsi_complex *c, int a, int n_free, const int *slot) {
   char name[2][TSI_BORDER_NAME_SIZE];
   tsolid_finding finding = tsi_violation(c, TSOLID_ENTITY_BORDER, a / 4, a % 4);
   tsi_set_point(&finding, border_sample(c, a, 1, 0));
-  tsi_name_border(&c->facet[a / 4], a / 4, a % 4, name[0]);
+  tsi_name_border(&c->facet[a / 4], a % 4, name[0]);
   int nearest = -1, inside = -1;
   double least = INFINITY, at[3], place[3] = {0.0, 0.0, 0.0};
   for (int i = 0; i < n_free && n_free <= MAX_GAP_SEARCH; i++) {
@@ -477,7 +484,7 @@ static void report_free(tsi_complex *c, int a, int n_free, const int *slot) {
       inside = c->vertex[b];
   }
   if (nearest >= 0 && least <= 0.1 * border_length(c, a)) {
-    tsi_name_border(&c->facet[nearest / 4], nearest / 4, nearest % 4, name[1]);
+    tsi_name_border(&c->facet[nearest / 4], nearest % 4, name[1]);
     tsi_set_point(&finding, place);
     finding.measured = least;
     finding.allowed = max_of(border_tolerance(c, a), border_tolerance(c, nearest));
@@ -487,9 +494,10 @@ static void report_free(tsi_complex *c, int a, int n_free, const int *slot) {
   } else if (inside >= 0) {
     tsi_set_point(&finding, c->point[inside]);
     tsi_report(c->context, &finding,
-               "%s is met by two neighbours at (%.6g, %.6g, %.6g): T-vertices between faces are "
-               "not taken, the faces must form a rectangular grid on each side",
-               name[0], c->point[inside][0], c->point[inside][1], c->point[inside][2]);
+               "%s is met by two neighbours near (%.6g, %.6g, %.6g), but their vertex there lies "
+               "farther from it than the tolerance of %.3g",
+               name[0], c->point[inside][0], c->point[inside][1], c->point[inside][2],
+               border_tolerance(c, a));
   } else {
     tsi_report(c->context, &finding, "%s is free: no other face has this border, the shell is open",
                name[0]);
@@ -519,8 +527,8 @@ tsolid_status tsi_complex_check_closed(tsi_complex *c) {
       tsi_set_point(&finding, border_sample(c, i, 1, 0));
       tsi_report(c->context, &finding,
                  "%s and %s coincide: the periodic face has to be cut into pieces first",
-                 tsi_name_border(&c->facet[i / 4], i / 4, i % 4, name[0]),
-                 tsi_name_border(&c->facet[i / 4], i / 4, c->mate[i] % 4, name[1]));
+                 tsi_name_border(&c->facet[i / 4], i % 4, name[0]),
+                 tsi_name_border(&c->facet[i / 4], c->mate[i] % 4, name[1]));
     }
   return refuse_violations(c);
 }
@@ -563,7 +571,7 @@ tsolid_status tsi_complex_orient(tsi_complex *c) {
     tsolid_finding finding = tsi_violation(c, TSOLID_ENTITY_BORDER, twisted / 4, twisted % 4);
     tsi_set_point(&finding, border_sample(c, twisted, 1, 0));
     tsi_report(c->context, &finding, "The shell has only one side: inside and outside meet at %s",
-               tsi_name_border(&c->facet[twisted / 4], twisted / 4, twisted % 4, name));
+               tsi_name_border(&c->facet[twisted / 4], twisted % 4, name));
   }
   return refuse_violations(c);
 }

@@ -212,6 +212,25 @@ static tsolid_status lay_out_side(tsi_complex *c, int number, int dart, int firs
   return TSOLID_OK;
 }
 
+/* The least name of each corner, cut off before the character that has no room. */
+static void name_corners(const tsi_complex *c, const int corner[8]) {
+  enum { SIZE = sizeof c->requirement->corner_name[0] };
+  for (int slot = 0; slot < 4 * c->n; slot++) {
+    const char *name = c->facet[slot / 4].corner_name[slot % 4];
+    int i = name && *name ? label_of(corner, c->vertex[slot]) : -1;
+    if (i < 0)
+      continue;
+    char *to = c->requirement->corner_name[i], text[SIZE] = "";
+    size_t n = strlen(name);
+    if (n >= SIZE)
+      for (n = SIZE - 1; n > 0 && ((unsigned char)name[n] & 0xC0) == 0x80;)
+        n--;
+    memcpy(text, name, n);
+    if (!*to || strcmp(text, to) < 0)
+      memcpy(to, text, SIZE);
+  }
+}
+
 static tsolid_status place_cube(tsi_complex *c, const cube_side side[6], tsi_cube *cube) {
   int corner[8], n_used = 0;
   unsigned char *used = tsi_arena_new(c->arena, (size_t)c->n, 1);
@@ -238,6 +257,7 @@ static tsolid_status place_cube(tsi_complex *c, const cube_side side[6], tsi_cub
     return refuse_graph(c, side[0].dart[0]);
   for (int i = 0; i < 8; i++)
     memcpy(c->requirement->corner[i], c->point[corner[i]], sizeof *c->requirement->corner);
+  name_corners(c, corner);
   for (int i = 0; i < 6; i++) {
     c->requirement->side_grid[i][0] = cube->n_strips[tsi_side_s(i)];
     c->requirement->side_grid[i][1] = cube->n_strips[tsi_side_t(i)];

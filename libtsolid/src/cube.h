@@ -15,6 +15,8 @@ typedef struct tsi_facet {
   double centre[3];       /* the point at the middle of both parameters */
   double tolerance[4];    /* of each border, at least the caller's */
   const char *name, *border_name[4], *corner_name[4];
+  int patch;                            /* of the input, of which the facet may be a piece */
+  unsigned char is_cut[4], is_inner[4]; /* borders and corners that the input's patch has not */
 } tsi_facet;
 
 /* Facet `facet` lies on a side with its (u,v) reversed as flip says, then exchanged if swap. */
@@ -36,8 +38,9 @@ tsolid_status tsi_cube_find(tsolid_context *context, tsi_arena *arena, int n,
                             const tsi_facet *facet, tsolid_requirement *requirement,
                             tsi_cube *cube);
 
-/* "Edge7 of Face3", "border 1 of patch 2". Returns `text`. */
+/* "Face3", "Edge7 of Face3", "border 1 of patch 2". Return `text`. */
 enum { TSI_BORDER_NAME_SIZE = 224 };
-const char *tsi_name_border(const tsi_facet *facet, int k, int b, char text[TSI_BORDER_NAME_SIZE]);
+const char *tsi_name_facet(const tsi_facet *facet, char text[TSI_NAME_SIZE]);
+const char *tsi_name_border(const tsi_facet *facet, int b, char text[TSI_BORDER_NAME_SIZE]);
 
 #endif

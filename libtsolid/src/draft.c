@@ -97,7 +97,9 @@ static double measure_strip(const tsi_shell *shell, tsi_arena *arena, int axis, 
  * live on both, or the input says so. */
 static int is_smooth(const tsi_shell *shell, const tsi_seam *s,
                      const tsolid_boundary_input *input) {
-  int facet[2] = {shell->place[s->row[0].patch]->facet, shell->place[s->row[1].patch]->facet};
+  int facet[2];
+  for (int k = 0; k < 2; k++)
+    facet[k] = shell->facet[shell->place[s->row[k].patch]->facet].patch;
   int smooth = !tsi_seam_has_rows(shell, s);
   for (int i = 0; i < input->n_smooth; i++) {
     const tsolid_smooth_seam *seam = &input->smooth[i];
@@ -109,12 +111,10 @@ static int is_smooth(const tsi_shell *shell, const tsi_seam *s,
   return smooth;
 }
 
-static double domain_width(const tsi_shell *shell, const tsi_seam *s, int which,
-                           const tsolid_boundary_input *input) {
+static double domain_width(const tsi_shell *shell, const tsi_seam *s, int which) {
   const tsi_place *place = shell->place[s->row[which].patch];
   int across = 1 - s->row[which].along;
-  double domain[2];
-  tsi_form_domain(&input->patches[place->facet], place->swap ? 1 - across : across, domain);
+  const double *domain = shell->domain[place->facet] + 2 * (place->swap ? 1 - across : across);
   return domain[1] - domain[0];
 }
 
@@ -130,7 +130,7 @@ static void find_width_ratios(const tsi_shell *shell, int n, const tsi_seam *lis
     int n_s = shell->n_strips[tsi_side_s(s->side)], strip = along ? at % n_s : at / n_s;
     if ((along ? tsi_side_s(s->side) : tsi_side_t(s->side)) != axis)
       continue;
-    double own = domain_width(shell, s, 1, input) / domain_width(shell, s, 0, input);
+    double own = domain_width(shell, s, 1) / domain_width(shell, s, 0);
     ratio[strip] = ratio[strip] == 0.0 || fabs(ratio[strip] / own - 1.0) <= 1e-9 ? own : NAN;
   }
 }
@@ -258,12 +258,11 @@ static tsolid_status build_elements(tsolid_context *context, tsi_arena *arena, t
     int degree[2] = {axis_degree[tsi_side_s(side)], axis_degree[tsi_side_t(side)]};
     for (int p = shell->first[side]; p < shell->first[side + 1]; p++) {
       char name[TSI_NAME_SIZE];
-      int k = shell->place[p]->facet;
+      const tsi_facet *facet = &shell->facet[shell->place[p]->facet];
       tsolid_status status = TSOLID_OK;
       if (shell->tspline[p].n)
         status = tsi_tspline_elements(context, arena, &shell->tspline[p], degree,
-                                      tsi_name_patch(shell->facet[k].name, k, name),
-                                      &shell->elements[p]);
+                                      tsi_name_facet(facet, name), &shell->elements[p]);
       else if (!raise_elements(arena, &shell->elements[p], degree, &shell->elements[p]))
         status = tsi_no_memory(context, stage);
       if (status)

@@ -51,21 +51,45 @@ static tsolid_status check_regions(tsolid_context *context, int n, const tsolid_
   return TSOLID_OK;
 }
 
-static tsolid_status copy_names(tsolid_context *context, int n, const tsolid_region *region,
-                                tsolid_hex *hex) {
+typedef struct named_region {
+  const char *name;
+  int region;
+} named_region;
+
+static int compare_names(const void *a, const void *b) {
+  const named_region *p = a, *q = b;
+  int order = strcmp(p->name, q->name);
+  return order ? order : (p->region > q->region) - (p->region < q->region);
+}
+
+/* Boxes of one name are one region: set_of[k] of box k, numbered by first appearance. */
+static tsolid_status copy_names(tsolid_context *context, tsi_arena *arena, int n,
+                                const tsolid_region *region, int *set_of, tsolid_hex *hex) {
   size_t length = 0;
-  for (int k = 0; k < n; k++)
+  named_region *list = tsi_arena_new(arena, (size_t)n, sizeof *list);
+  for (int k = 0; list && k < n; k++) {
     length += strlen(region[k].name) + 1;
-  hex->n_regions = n;
+    list[k] = (named_region){region[k].name, k};
+  }
   hex->names = tsi_new(&context->allocator, length, 1);
   hex->region_name = tsi_new(&context->allocator, (size_t)n, sizeof *hex->region_name);
-  if (!hex->names || !hex->region_name)
+  if (!list || !hex->names || !hex->region_name)
     return tsi_no_memory(context, stage);
+  qsort(list, (size_t)n, sizeof *list, compare_names);
+  for (int k = 0; k < n; k++) { /* the first box of the name, then its number */
+    int same = k && strcmp(list[k].name, list[k - 1].name) == 0;
+    set_of[list[k].region] = same ? set_of[list[k - 1].region] : list[k].region;
+  }
   length = 0;
   for (int k = 0; k < n; k++) {
+    if (set_of[k] != k) {
+      set_of[k] = set_of[set_of[k]];
+      continue;
+    }
     size_t size = strlen(region[k].name) + 1;
     memcpy(hex->names + length, region[k].name, size);
-    hex->region_name[k] = hex->names + length;
+    hex->region_name[hex->n_regions] = hex->names + length;
+    set_of[k] = hex->n_regions++;
     length += size;
   }
   return TSOLID_OK;
@@ -95,8 +119,8 @@ static int first_quad(const tsi_hex_lines *lines, int side) {
 }
 
 static tsolid_status assign_faces(tsolid_context *context, tsi_arena *arena,
-                                  const tsi_hex_lines *lines, const tsolid_region *region,
-                                  tsolid_hex *hex) {
+                                  const tsi_hex_lines *lines, int n_boxes,
+                                  const tsolid_region *region, const int *set_of, tsolid_hex *hex) {
   int n_regions = hex->n_regions, n_quads = 0, order = lines->order;
   for (int side = 0; side < 6; side++)
     n_quads += lines->n[tsi_side_s(side)] * lines->n[tsi_side_t(side)];
@@ -114,8 +138,9 @@ static tsolid_status assign_faces(tsolid_context *context, tsi_arena *arena,
     int element = first_quad(lines, side);
     for (int j = 0; j < lines->n[tsi_side_t(side)]; j++)
       for (int i = 0; i < lines->n[tsi_side_s(side)]; i++, q++) {
-        of[q] = region_of(n_regions, region, side, 0.5 * (s[order * i] + s[order * (i + 1)]),
+        of[q] = region_of(n_boxes, region, side, 0.5 * (s[order * i] + s[order * (i + 1)]),
                           0.5 * (t[order * j] + t[order * (j + 1)]));
+        of[q] = of[q] >= 0 ? set_of[of[q]] : -1;
         face[2 * q] = element++;
         face[2 * q + 1] = face_number[tsi_side_axis(side)][side & 1];
         if (of[q] >= 0)
@@ -411,12 +436,15 @@ tsolid_status tsolid_hex_create(tsolid_context *context, const tsolid_solid *sol
   lattice l = {.solid = solid, .lines = &lines};
   tsolid_status status = check_options(context, options);
   tsolid_hex *hex = status ? NULL : tsi_new(&context->allocator, 1, sizeof *hex);
-  if (!status && !hex)
+  int *set_of = status ? NULL : tsi_arena_new(&arena, (size_t)n_regions, sizeof *set_of);
+  if (!status && (!hex || !set_of))
     status = tsi_no_memory(context, stage);
+  if (hex)
+    hex->allocator = context->allocator;
+  if (hex)
+    hex->references = 1;
   if (status)
     goto done;
-  hex->allocator = context->allocator;
-  hex->references = 1;
   status = check_regions(context, n_regions, region);
   if (!status)
     status = check_proof(context, solid, options, &hex->proved);
@@ -425,11 +453,11 @@ tsolid_status tsolid_hex_create(tsolid_context *context, const tsolid_solid *sol
   if (!status)
     status = count_mesh(context, &lines, options->max_elements, &l, hex);
   if (!status)
-    status = copy_names(context, n_regions, region, hex);
+    status = copy_names(context, &arena, n_regions, region, set_of, hex);
   if (!status)
     status = fill_mesh(context, &arena, &l, hex);
   if (!status)
-    status = assign_faces(context, &arena, &lines, region, hex);
+    status = assign_faces(context, &arena, &lines, n_regions, region, set_of, hex);
   if (status)
     goto done;
   tsi_hex_measure(hex);

@@ -15,6 +15,9 @@ enum { TSI_MAX_DEGREE = 25, TSI_MAX_ORDER = TSI_MAX_DEGREE + 1, TSI_INNER_DEGREE
 /* Limits on untrusted sizes: everything indexable by int with room to spare. */
 enum { TSI_MAX_COUNT = 1 << 28 };
 
+/* Of a name of the caller's, cut off where longer. */
+enum { TSI_NAME_SIZE = 96 };
+
 /* ---- memory ---------------------------------------------------------------------------------- */
 
 typedef struct tsi_allocator {
@@ -91,7 +94,8 @@ struct tsolid_boundary {
   tsi_side side[6];
   tsolid_requirement requirement;
   tsolid_preparation preparation;
-  int n_placements; /* 0: read from a file, or made of Bezier elements */
+  int n_patches;        /* of the input; 0: read from a file, or made of Bezier elements */
+  int *placement_start; /* n_patches + 1 */
   tsolid_placement *placement;
   double scale;
 };

@@ -318,13 +318,11 @@ tsolid_status tsi_shell_match_functions(tsolid_context *context, tsi_arena *aren
 
 /* Widths of both patches' parameters across the seam, with the sign that makes both run from the
  * first patch to the second. */
-static void find_scales(const tsi_shell *shell, const tsi_seam *s,
-                        const tsolid_boundary_input *input, double scale[2]) {
+static void find_scales(const tsi_shell *shell, const tsi_seam *s, double scale[2]) {
   for (int k = 0; k < 2; k++) {
     const tsi_place *place = shell->place[s->row[k].patch];
     int across = 1 - s->row[k].along;
-    double domain[2];
-    tsi_form_domain(&input->patches[place->facet], place->swap ? 1 - across : across, domain);
+    const double *domain = shell->domain[place->facet] + 2 * (place->swap ? 1 - across : across);
     scale[k] = domain[1] - domain[0];
     if (s->row[k].end == k)
       scale[k] = -scale[k];
@@ -380,8 +378,31 @@ static tsolid_status check_order(tsolid_context *context, tsi_arena *arena, cons
 }
 
 static int is_side_of(const tsi_shell *shell, const tsi_seam *s, int which, int patch, int border) {
-  return shell->place[s->row[which].patch]->facet == patch &&
-         tsi_seam_border(shell, s, which) == border;
+  const tsi_facet *facet = &shell->facet[shell->place[s->row[which].patch]->facet];
+  int own = tsi_seam_border(shell, s, which);
+  return facet->patch == patch && own == border && !facet->is_cut[own];
+}
+
+static int is_wanted(const tsi_shell *shell, const tsi_seam *s, const tsolid_smooth_seam *wanted) {
+  for (int which = 0; which < 2; which++)
+    if (is_side_of(shell, s, which, wanted->patch[0], wanted->border[0]) &&
+        is_side_of(shell, s, 1 - which, wanted->patch[1], wanted->border[1]))
+      return 1;
+  return 0;
+}
+
+static tsolid_status check_seam(tsolid_context *context, const tsi_shell *shell, const tsi_seam *s,
+                                int wanted, int *parent) {
+  double scale[2];
+  find_scales(shell, s, scale);
+  for (int order = 1; order <= wanted && order <= TSI_MAX_DEGREE; order++) {
+    tsi_arena own = tsi_arena_create(context);
+    tsolid_status status = check_order(context, &own, shell, s, scale, order, wanted, parent);
+    tsi_arena_free(&own);
+    if (status)
+      return status;
+  }
+  return TSOLID_OK;
 }
 
 tsolid_status tsi_shell_check_smooth(tsolid_context *context, tsi_arena *arena,
@@ -393,29 +414,22 @@ tsolid_status tsi_shell_check_smooth(tsolid_context *context, tsi_arena *arena,
     return tsi_no_memory(context, stage);
   for (int i = 0; i < input->n_smooth; i++) {
     const tsolid_smooth_seam *wanted = &input->smooth[i];
-    const tsi_seam *s = NULL;
-    double scale[2];
-    for (int k = 0; !s && k < n; k++)
-      for (int which = 0; which < 2; which++)
-        if (is_side_of(shell, &list[k], which, wanted->patch[0], wanted->border[0]) &&
-            is_side_of(shell, &list[k], 1 - which, wanted->patch[1], wanted->border[1]))
-          s = &list[k];
-    if (!s || wanted->order < 1)
+    int n_found = 0; /* several where patches are cut */
+    for (int k = 0; k < n; k++) {
+      if (wanted->order < 1 || !is_wanted(shell, &list[k], wanted))
+        continue;
+      tsolid_status status = check_seam(context, shell, &list[k], wanted->order, parent);
+      if (status)
+        return status;
+      n_found++;
+    }
+    if (!n_found)
       return tsi_fail(
           context, TSOLID_ERROR_INPUT, stage,
           "Smooth seam %d: border %d of patch %d and border %d of patch %d do not meet, "
           "or the order is %d",
           i, wanted->border[0], wanted->patch[0], wanted->border[1], wanted->patch[1],
           wanted->order);
-    find_scales(shell, s, input, scale);
-    for (int order = 1; order <= wanted->order && order <= TSI_MAX_DEGREE; order++) {
-      tsi_arena own = tsi_arena_create(context);
-      tsolid_status status =
-          check_order(context, &own, shell, s, scale, order, wanted->order, parent);
-      tsi_arena_free(&own);
-      if (status)
-        return status;
-    }
   }
   return TSOLID_OK;
 }

@@ -235,27 +235,27 @@ static double choose_constant(int n, const member *list) {
 static tsolid_status refuse_change(tsolid_context *context, const tsi_shell *shell, int p,
                                    double c) {
   char name[TSI_NAME_SIZE];
-  int k = shell->place[p]->facet;
+  const tsi_facet *facet = &shell->facet[shell->place[p]->facet];
   tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
   finding.entity = TSOLID_ENTITY_PATCH;
-  finding.index[0] = k;
+  finding.index[0] = facet->patch;
   finding.measured = c;
   return tsi_report(context, &finding,
                     "%s runs along the edges of its neighbours with another parameter, t to c t/(c "
                     "t + 1 - t), c = %.12g, which is too far from 1 for its degree or its knots",
-                    tsi_name_patch(shell->facet[k].name, k, name), c);
+                    tsi_name_facet(facet, name), c);
 }
 
 static tsolid_status refuse_other(tsolid_context *context, const tsi_shell *shell, int p) {
   char name[TSI_NAME_SIZE];
-  int k = shell->place[p]->facet;
+  const tsi_facet *facet = &shell->facet[shell->place[p]->facet];
   tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
   finding.entity = TSOLID_ENTITY_PATCH;
-  finding.index[0] = k;
+  finding.index[0] = facet->patch;
   return tsi_report(context, &finding,
                     "%s runs along the edges of its neighbours with another parameter; only that "
                     "of NURBS patches can be changed",
-                    tsi_name_patch(shell->facet[k].name, k, name));
+                    tsi_name_facet(facet, name));
 }
 
 static tsolid_status change_belts(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,

@@ -243,12 +243,12 @@ static tsolid_status check_products(tsolid_context *context, const tsi_shell *sh
 static tsolid_status refuse_patch(tsolid_context *context, const tsi_shell *shell, int p,
                                   const char *why) {
   char name[TSI_NAME_SIZE];
-  int k = shell->place[p]->facet;
+  const tsi_facet *facet = &shell->facet[shell->place[p]->facet];
   tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
   finding.entity = TSOLID_ENTITY_PATCH;
-  finding.index[0] = k;
+  finding.index[0] = facet->patch;
   return tsi_report(context, &finding, "%s would need other weights to fit its neighbours: %s",
-                    tsi_name_patch(shell->facet[k].name, k, name), why);
+                    tsi_name_facet(facet, name), why);
 }
 
 static void scale_patch(tsi_patch *patch, double factor) {

@@ -12,8 +12,6 @@ typedef struct tsi_patch {
   double *control;  /* (w x, w y, w z, w); control point (i, j) is row i + n[0]*j */
 } tsi_patch;
 
-enum { TSI_NAME_SIZE = 96 };
-
 /* "Face3", or "patch 2" for want of a name; blanks and control characters of the name are shown as
  * they are but for line breaks. Returns `text`. */
 const char *tsi_name_patch(const char *name, int k, char text[TSI_NAME_SIZE]);

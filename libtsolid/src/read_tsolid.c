@@ -208,13 +208,13 @@ static int read_side(reader *r, int n_functions, tsi_side *side) {
 }
 
 static int read_facts(reader *r, tsolid_requirement *q, tsolid_preparation *p) {
-  int counts[9], changes[6] = {0};
+  int counts[9], changes[8] = {0}, n_changes = r->version == 1 ? 4 : r->version < 4 ? 6 : 8;
   if (!begin_section(r, "FACT") || !get_ints(r, 9, -1, TSI_MAX_COUNT, counts) ||
       !get_doubles(r, 24, &q->corner[0][0]) ||
       !get_ints(r, 12, 0, TSI_MAX_COUNT, &q->side_grid[0][0]) || !get_doubles(r, 12, p->snap) ||
       !get_doubles(r, 6, p->snap_inside) || !get_doubles(r, 6, p->weight_factor) ||
       !get_doubles(r, 1, &p->knot_merge) ||
-      !get_ints(r, r->version == 1 ? 4 : 6, 0, TSI_MAX_COUNT, changes))
+      !get_ints(r, (size_t)n_changes, 0, TSI_MAX_COUNT, changes))
     return 0;
   if (counts[0] != 1)
     return fail(r, "the boundary does not satisfy the requirement");
@@ -233,6 +233,8 @@ static int read_facts(reader *r, tsolid_requirement *q, tsolid_preparation *p) {
   p->raise_degree = changes[3];
   p->n_bilinear_factors = changes[4];
   p->n_moebius = changes[5];
+  p->n_cut_patches = changes[6];
+  p->n_cuts = changes[7];
   return end_section(r);
 }
 

@@ -61,11 +61,11 @@ static int *map_seams(tsi_arena *arena, const tsi_shell *shell, int n, const tsi
 static tsolid_status refuse_patch(tsolid_context *context, const tsi_shell *shell, int p,
                                   const char *why) {
   char name[TSI_NAME_SIZE];
-  int k = shell->place[p]->facet;
+  const tsi_facet *facet = &shell->facet[shell->place[p]->facet];
   tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
   finding.entity = TSOLID_ENTITY_PATCH;
-  finding.index[0] = k;
-  return tsi_report(context, &finding, "%s %s", tsi_name_patch(shell->facet[k].name, k, name), why);
+  finding.index[0] = facet->patch;
+  return tsi_report(context, &finding, "%s %s", tsi_name_facet(facet, name), why);
 }
 
 /* One knot line more across a NURBS patch. */

@@ -10,6 +10,17 @@
 #define FLAG(field) tsi_doc_add_flag(w, o, #field, s->field)
 #define NUMBERS(field, n) tsi_doc_add_numbers(w, o, #field, s->field, n)
 
+/* All eight, or none where the input named none. */
+static void add_corner_names(tsi_doc *w, cJSON *o, const tsolid_requirement *s) {
+  cJSON *list = cJSON_CreateArray();
+  int named = 0;
+  for (int k = 0; k < 8; k++)
+    named |= s->satisfied && s->corner_name[k][0];
+  for (int k = 0; k < 8 && named; k++)
+    tsi_doc_append(w, list, cJSON_CreateString(s->corner_name[k]));
+  tsi_doc_add(w, o, "corner_name", list);
+}
+
 static void put_requirement(tsi_doc *w, cJSON *o, tsolid_requirement *s) {
   cJSON *grid = cJSON_CreateArray();
   int n = s->satisfied ? 6 : 0;
@@ -28,6 +39,7 @@ static void put_requirement(tsi_doc *w, cJSON *o, tsolid_requirement *s) {
     tsi_doc_append(w, grid, tsi_doc_numbers(w, pair, 2));
   }
   tsi_doc_add(w, o, "side_grid", grid);
+  add_corner_names(w, o, s);
 }
 
 static void put_preparation(tsi_doc *w, cJSON *o, const tsolid_preparation *s) {
@@ -41,6 +53,8 @@ static void put_preparation(tsi_doc *w, cJSON *o, const tsolid_preparation *s) {
   NUMBER(raise_degree);
   NUMBER(n_bilinear_factors);
   NUMBER(n_moebius);
+  NUMBER(n_cut_patches);
+  NUMBER(n_cuts);
 }
 
 static void put_statistics(tsi_doc *w, cJSON *o, const tsolid_statistics *s) {

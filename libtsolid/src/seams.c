@@ -165,11 +165,12 @@ void tsi_seam_name(const tsi_shell *shell, const tsi_seam *s, char text[2][TSI_B
                    tsolid_finding *finding) {
   for (int k = 0; k < 2; k++) {
     int p = s->row[k].patch, b = tsi_seam_border(shell, s, k);
-    tsi_name_border(facet_of(shell, p), shell->place[p]->facet, b, text[k]);
+    const tsi_facet *facet = facet_of(shell, p);
+    tsi_name_border(facet, b, text[k]);
     if (k == 0) {
-      finding->entity = TSOLID_ENTITY_BORDER;
-      finding->index[0] = shell->place[p]->facet;
-      finding->index[1] = b;
+      finding->entity = facet->is_cut[b] ? TSOLID_ENTITY_PATCH : TSOLID_ENTITY_BORDER;
+      finding->index[0] = facet->patch;
+      finding->index[1] = facet->is_cut[b] ? 0 : b;
     }
   }
 }

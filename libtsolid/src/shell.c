@@ -139,12 +139,12 @@ static int halve_spans(int n, double *knots, int times, double *work) {
 static tsolid_status refuse_belt(tsolid_context *context, const tsi_shell *shell, const belt *b,
                                  const char *why) {
   char name[TSI_NAME_SIZE];
-  int k = shell->place[b->patch[0]]->facet;
+  const tsi_facet *facet = &shell->facet[shell->place[b->patch[0]]->facet];
   tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
   finding.entity = TSOLID_ENTITY_PATCH;
-  finding.index[0] = k;
+  finding.index[0] = facet->patch;
   return tsi_report(context, &finding, "The faces around the part with %s: %s",
-                    tsi_name_patch(shell->facet[k].name, k, name), why);
+                    tsi_name_facet(facet, name), why);
 }
 
 /* Raises a patch to `degree` and halves its spans. */

@@ -114,7 +114,7 @@ def as_dict(struct):
         return {name: as_dict(getattr(struct, name)) for name, *_ in struct._fields_}
     if isinstance(struct, ctypes.Array):
         return [as_dict(item) for item in struct]
-    return struct
+    return struct.decode("utf-8", "replace") if isinstance(struct, bytes) else struct
 
 
 def _view(pointer, owner, item, *shape):
@@ -383,12 +383,15 @@ class Boundary(_Handle):
     _free = "tsolid_boundary_free"
 
     @classmethod
-    def create(cls, context, patches, tolerance=0.0, refine_knots=0, raise_degree=0):
-        """From Patch objects. Raises Refused when the eight-corner requirement does not hold."""
+    def create(cls, context, patches, tolerance=0.0, refine_knots=0, raise_degree=0, corners=()):
+        """From Patch objects. Raises Refused when the eight-corner requirement does not hold, or
+        when the cube's corners are not the eight points `corners`, if there are any.
+        """
         patches = list(patches)
         holder = _PatchInput(patches)
         context.name_by(patches)
-        options = (tolerance, refine_knots, raise_degree)
+        corners = [tuple(point) for point in corners]
+        options = (tolerance, refine_knots, raise_degree, len(corners), _doubles(corners)[0])
         return cls._create(context, holder.input, options, len(patches))
 
     @classmethod
@@ -472,21 +475,39 @@ class Boundary(_Handle):
             rows = [values[k * size : (k + 1) * size] for k in range(a, b)]
             yield BezierElement(tuple(boxes[4 * e : 4 * e + 4]), functions[a:b], rows)
 
-    def placements(self, k):
-        """Where the pieces of input patch k lie."""
-        return [self.placement(k)]
-
-    def placement(self, k):
-        """Where input patch k lies."""
+    def placement(self, k, i=0):
+        """Where piece i of input patch k lies."""
         struct = header.Placement()
-        status = self.library.tsolid_boundary_placement(self.handle, k, byref(struct))
+        status = self.library.tsolid_boundary_placement(self.handle, k, i, byref(struct))
         if status != Status.OK:
             raise TsolidError(status, [])
         return Placement(struct)
 
+    def placements(self, k):
+        """The pieces of input patch k: one, unless vertices of neighbours made the library cut it;
+        then a grid, along u first.
+        """
+        count = self.library.tsolid_boundary_n_placements(self.handle, k)
+        return Placements(self.placement(k, i) for i in range(max(count, 1)))
+
+
+class Placements(tuple):
+    """The placements of all pieces of a patch."""
+
+    def locate(self, u, v):
+        """Side and (s, t) of a point of the patch."""
+        def outside(place):
+            u0, u1, v0, v1 = place.domain
+            return max((u0 - u) / (u1 - u0), (u - u1) / (u1 - u0), 0.0) + max(
+                (v0 - v) / (v1 - v0), (v - v1) / (v1 - v0), 0.0
+            )
+
+        place = min(self, key=outside)
+        return (place.side, *place.map(u, v))
+
 
 class Placement:
-    """Where an input patch lies on the cube: (u, v) of the patch to (s, t) of a side."""
+    """Where a piece of an input patch lies on the cube: (u, v) of the patch to (s, t) of a side."""
 
     def __init__(self, struct):
         self.side = struct.side

@@ -7,7 +7,7 @@ with the header; library.py compares the sizes with the library that was found.
 
 import ctypes
 import enum
-from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_void_p
+from ctypes import POINTER, c_char, c_char_p, c_double, c_int, c_size_t, c_void_p
 
 VERSION = "0.1.0"
 ABI = 1
@@ -237,6 +237,8 @@ class BoundaryOptions(ctypes.Structure):
         ("tolerance", c_double),
         ("refine_knots", c_int),
         ("raise_degree", c_int),
+        ("n_corners", c_int),
+        ("corners", _doubles),
     ]
 
 
@@ -253,6 +255,7 @@ class Requirement(ctypes.Structure):
         ("n_violations", c_int),
         ("corner", (c_double * 3) * 8),
         ("side_grid", (c_int * 2) * 6),
+        ("corner_name", (c_char * 64) * 8),
     ]
 
 
@@ -268,6 +271,8 @@ class Preparation(ctypes.Structure):
         ("raise_degree", c_int),
         ("n_bilinear_factors", c_int),
         ("n_moebius", c_int),
+        ("n_cut_patches", c_int),
+        ("n_cuts", c_int),
     ]
 
 
@@ -760,7 +765,8 @@ FUNCTIONS = {
     "tsolid_boundary_view": (None, [_handle, POINTER(BezierBoundary)]),
     "tsolid_boundary_requirement": (None, [_handle, POINTER(Requirement)]),
     "tsolid_boundary_preparation": (None, [_handle, POINTER(Preparation)]),
-    "tsolid_boundary_placement": (c_int, [_handle, c_int, POINTER(Placement)]),
+    "tsolid_boundary_n_placements": (c_int, [_handle, c_int]),
+    "tsolid_boundary_placement": (c_int, [_handle, c_int, c_int, POINTER(Placement)]),
     "tsolid_boundary_scale": (c_double, [_handle]),
     "tsolid_coons_create": (
         c_int,

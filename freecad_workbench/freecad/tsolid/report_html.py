@@ -187,7 +187,11 @@ def _requirement(report):
     ]
     parts = [_facts(rows)]
     if r["corner"]:
-        corners = [("%d" % k, *map(float, point)) for k, point in enumerate(r["corner"])]
+        names = r.get("corner_name") or [""] * len(r["corner"])
+        corners = [
+            (("%d %s" % (k, name)).strip(), *map(float, point))
+            for k, (point, name) in enumerate(zip(r["corner"], names))
+        ]
         parts.append(_paragraph("Corners of the cube that the part is taken as:"))
         parts.append(_table(corners, ("corner", "x", "y", "z")))
     return _section("Requirement: six sides, twelve edges, eight corners", *parts)
@@ -207,10 +211,13 @@ def _preparation(report):
         ("knot_merge", "knots of two sides taken as one, differing by (of their range)"),
         ("n_knots_inserted", "knots inserted (exact)"),
         ("n_degrees_raised", "degrees raised (exact)"),
+        ("n_cut_patches", "faces cut at vertices of their neighbours (exact)"),
+        ("n_cuts", "isolines of these cuts, with functions C^0 across"),
         ("refine_knots", "asked for: halvings of every knot span (exact)"),
         ("raise_degree", "asked for: degrees raised (exact)"),
     )
-    rows += [(label, p[key]) for key, label in labels if p[key] is None or p[key] > 0]
+    values = [(label, p.get(key, 0)) for key, label in labels]
+    rows += [(label, value) for label, value in values if value is None or value > 0]
     if not rows:
         nothing = _paragraph("Nothing was changed: the faces are used as read.")
         return _section("Preparation", nothing)

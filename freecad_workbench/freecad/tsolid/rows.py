@@ -125,8 +125,9 @@ def _sides(result):
 
 
 def _corners(need):
-    corners = enumerate(need["corner"])
-    return [Row("corner %d" % k, "", None, None, OK, point) for k, point in corners]
+    names = need.get("corner_name") or [""] * 8
+    named = enumerate(zip(need["corner"], names))
+    return [Row("corner %d" % k, name, None, None, OK, point) for k, (point, name) in named]
 
 
 def _faces(part, wrong):
