@@ -59,7 +59,10 @@ def outward(placement):
 
 
 def volume_within(patches, placements):
-    """placements: all pieces of each patch. By the flux of x/3 through the patches as given; about their middle, against cancellation."""
+    """By the flux of x/3 through the patches as given; about their middle, against cancellation.
+
+    placements: all pieces of each patch.
+    """
     middle = np.mean([p.points.mean(axis=(0, 1)) for p in patches], axis=0)
     total = 0.0
     for patch, placement in zip(patches, placements):

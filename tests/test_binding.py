@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
-from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_void_p
+from ctypes import POINTER, c_char, c_char_p, c_double, c_int, c_size_t, c_void_p
 
 import binding_parts
 from binding_parts import ROOT, binding, header, library
@@ -41,6 +41,7 @@ def ctype_of(c_type):
     """The ctypes type that a C type of the header must be mirrored by."""
     plain = {
         "int": c_int,
+        "char": c_char,
         "double": c_double,
         "size_t": c_size_t,
         "void": None,

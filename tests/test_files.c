@@ -622,18 +622,18 @@ static size_t shorten_section(unsigned char *b, size_t size, const char *tag, si
   return size - n;
 }
 
-/* Version 2 lacks what follows the mesh's arm heights, version 1 also the last two of the facts:
- * both are read, and only under their own number. */
+/* Version 3 lacks the last two of the facts, version 2 also what follows the mesh's arm heights,
+ * version 1 two more of the facts: all are read, and only under their own number. */
 static void test_tsolid_versions(tsolid_context *context, const tsolid_solid *solid) {
   size_t size;
   CHECK(tsolid_write_tsolid(context, solid, in_folder("a.tsolid")) == TSOLID_OK);
   unsigned char *b = (unsigned char *)read_bytes(in_folder("a.tsolid"), &size);
   int n_boxes = solid->space->tmesh->n_boxes;
-  for (uint32_t layout = 3; layout > 0; layout--) {
-    if (layout < 3)
+  for (uint32_t layout = 4; layout > 0; layout--) {
+    if (layout < 4)
       size = shorten_section(b, size, layout == 2 ? "MESH" : "FACT",
                              layout == 2 ? 4 + 4 * (size_t)n_boxes : 8);
-    for (uint32_t version = 0; version < 5; version++) {
+    for (uint32_t version = 0; version < 6; version++) {
       tsolid_solid *read = NULL;
       put_u32(b + TSI_TSOLID_MAGIC_SIZE, version);
       write_bytes(in_folder("x.tsolid"), b, size);
