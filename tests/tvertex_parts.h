@@ -6,7 +6,7 @@
 
 #include "boundary_parts.h"
 
-enum { MAX_RECTANGLES = 512 };
+enum { MAX_RECTANGLES = 1024 };
 
 /* Rectangles u0, u1, v0, v1 that tile the unit square. */
 typedef struct dissection {

@@ -112,9 +112,11 @@ def as_dict(struct):
     """A ctypes struct of the header as plain dicts, lists and numbers."""
     if isinstance(struct, ctypes.Structure):
         return {name: as_dict(getattr(struct, name)) for name, *_ in struct._fields_}
+    if isinstance(struct, ctypes.Array) and struct._type_ is ctypes.c_char:
+        return struct.value.decode("utf-8", "replace")
     if isinstance(struct, ctypes.Array):
         return [as_dict(item) for item in struct]
-    return struct.decode("utf-8", "replace") if isinstance(struct, bytes) else struct
+    return struct
 
 
 def _view(pointer, owner, item, *shape):
