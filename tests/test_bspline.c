@@ -249,6 +249,12 @@ static void test_normal_form(void) {
   tsi_knots_normalise(9, scaled, b);
   for (int i = 0; i < 9; i++)
     CHECK_NEAR(a[i], b[i], 1e-15);
+  for (int n = 2; n <= 200; n++) /* 1/3 and 2/3 are mirror images, too */
+    for (int i = 0; i <= n; i++) {
+      double x = tsi_knot_normalise(-1.0, n - 1.0, i - 1.0);
+      CHECK(x == 1.0 - tsi_knot_normalise(1.0 - n, 1.0, 1.0 - i));
+      CHECK_NEAR(x, (double)i / n, 1.2e-16);
+    }
 }
 
 int main(void) {

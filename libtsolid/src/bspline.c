@@ -5,12 +5,18 @@
 
 #include "bspline.h"
 
+double tsi_knot_normalise(double low, double high, double knot) {
+  double below = knot - low, above = high - knot;
+  if (below == above)
+    return 0.5;
+  double x = (below < above ? below : above) / (high - low);
+  return below < above ? 1.0 - (1.0 - x) : 1.0 - x;
+}
+
 void tsi_knots_normalise(int n_knots, const double *knots, double *normal) {
   double first = knots[0], last = knots[n_knots - 1];
-  for (int i = 0; i < n_knots; i++) {
-    double x = (knots[i] - first) / (last - first);
-    normal[i] = 1.0 - (1.0 - x);
-  }
+  for (int i = 0; i < n_knots; i++)
+    normal[i] = tsi_knot_normalise(first, last, knots[i]);
 }
 
 void tsi_knots_reverse(int n_knots, double *knots) {

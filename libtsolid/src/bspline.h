@@ -8,8 +8,11 @@
 
 #include <stddef.h>
 
-/* x = (k - knots[0]) / (last - first), then x = 1 - (1 - x): multiples of 2^-53, on which the
- * mirror image 1 - x is exact. So a vector and its reverse have the same normal form. */
+/* x = (knot - low) / (high - low), of the nearer end, then x = 1 - (1 - x): multiples of 2^-53, on
+ * which the mirror image 1 - x is exact. Without the nearer end 1/3 and 2/3 would be no mirror
+ * images: 1 - 1/3 is halfway between two doubles. */
+double tsi_knot_normalise(double low, double high, double knot);
+/* The same for all knots on [first, last]: a vector and its reverse have the same normal form. */
 void tsi_knots_normalise(int n_knots, const double *knots, double *normal);
 /* normal[i] -> 1 - normal[n-1-i], in place; exact on normalised knots. */
 void tsi_knots_reverse(int n_knots, double *knots);

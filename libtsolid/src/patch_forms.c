@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
  * T-spline and Bezier patches of the input: vetted and brought to [0,1]^2. */
 #include "boundary.h"
+#include "bspline.h"
 
 static const char stage[] = "boundary";
 
@@ -55,7 +56,7 @@ static tsolid_status read_knots(tsolid_context *context, const tsolid_tspline *t
   tsolid_finding finding = form_finding(k);
   int n = t->degree[d] + 2, c = 'u' + d;
   const double *knot = t->knots[d] + (size_t)i * (size_t)n;
-  double low = t->domain[2 * d], width = t->domain[2 * d + 1] - low;
+  double low = t->domain[2 * d], high = t->domain[2 * d + 1];
   for (int j = 0; j < n; j++) {
     if (!(fabs(knot[j]) <= largest_knot))
       return tsi_report(context, &finding, "%s: knot %d in %c of function %d is not finite", name,
@@ -64,12 +65,12 @@ static tsolid_status read_knots(tsolid_context *context, const tsolid_tspline *t
       return tsi_report(context, &finding,
                         "%s: the knots in %c of function %d decrease at knot %d (%.17g, %.17g)",
                         name, c, i, j, knot[j - 1], knot[j]);
-    double x = (knot[j] - low) / width;
+    double x = tsi_knot_normalise(low, high, knot[j]);
     if (fabs(x) <= knot_resolution)
       x = 0.0;
     else if (fabs(x - 1.0) <= knot_resolution)
       x = 1.0;
-    to[j] = 1.0 - (1.0 - x);
+    to[j] = x;
   }
   if (!(to[0] < to[n - 1]))
     return tsi_report(context, &finding, "%s: all knots in %c of function %d are one", name, c, i);
