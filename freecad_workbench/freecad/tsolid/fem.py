@@ -39,15 +39,15 @@ DEFAULTS = {"size": 0.0, "order": 1, "grading": 1.0}
 
 
 def regions_of(report):
-    """(name, side, box) of every face of the part, from the report; () without faces. A face in
-    several pieces gives Face3_1, Face3_2, ..."""
-    out = []
-    for row in report["exactness"] if report else ():
-        pieces = pieces_of(row)
-        for k, piece in enumerate(pieces, 1):
-            name = row["face"] if len(pieces) == 1 else "%s_%d" % (row["face"], k)
-            out.append((name, piece["side"], piece["box"]))
-    return tuple(out)
+    """(name, side, box) of every piece of the part's faces, from the report; () without faces.
+
+    Pieces of one name become one region of the mesh.
+    """
+    return tuple(
+        (row["face"], piece["side"], piece["box"])
+        for row in (report["exactness"] if report else ())
+        for piece in pieces_of(row)
+    )
 
 
 def pieces_of(row):
