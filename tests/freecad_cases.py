@@ -507,22 +507,23 @@ class Documents(unittest.TestCase):
     def test_objects_of_an_older_version_get_what_they_lack(self):
         obj = document.create(self.source)
         obj.RefineKnots = 1
-        for name in ("MinCells", "Octree", "AnalysisSuitable"):
+        for name in ("MinCells", "Octree", "AnalysisSuitable", "Corners"):
             obj.removeProperty(name)
         obj.Version = 0
         self.reopened()
         obj = self.doc.getObject("SolidTSpline")
         self.assertEqual((obj.MinCells, obj.Version, obj.RefineKnots), (0, document.VERSION, 1))
         self.assertEqual((str(obj.Octree), obj.AnalysisSuitable), ("anisotropic", True))
+        self.assertEqual(obj.Corners, [])
 
     def test_a_solid_built_before_the_octree_could_be_chosen_is_current(self):
         obj = document.create(self.source)
         document.rebuild(obj)
         built = json.loads(obj.BuiltOptions)
-        for name in ("Octree", "AnalysisSuitable"):
+        for name in ("Octree", "AnalysisSuitable", "Corners"):
             obj.removeProperty(name)
-        obj.BuiltOptions = json.dumps(
-            {k: v for k, v in built.items() if k not in ("octree", "analysis_suitable")})
+        newer = ("octree", "analysis_suitable", "corners")
+        obj.BuiltOptions = json.dumps({k: v for k, v in built.items() if k not in newer})
         obj.Version = 2
         self.reopened()
         obj = self.doc.getObject("SolidTSpline")

@@ -211,13 +211,14 @@ class Launcher(WithFolder):
         code, _, errors = launch(
             "build", step, "--out", out, "--refine-knots", "1", "--raise-degree", "1",
             "--effort", "quick", "--min-cells", "4", "--threads", "1", "--tolerance", "1e-6",
-            "--octree", "isotropic", "--analysis-suitable", "off",
+            "--octree", "isotropic", "--analysis-suitable", "off", "--corners", "Vertex2,Vertex7",
         )
         self.assertEqual((code, errors), (0, ""))
         with open(os.path.join(out, "report.json"), encoding="utf-8") as stream:
             report = json.load(stream)
         want = {"refine_knots": 1, "raise_degree": 1, "effort": "quick", "min_cells": 4}
-        want.update(octree="isotropic", analysis_suitable=False, tolerance=1e-6)
+        want.update(octree="isotropic", analysis_suitable=False, tolerance=1e-6,
+                    corners=["Vertex2", "Vertex7"])
         self.assertEqual(report["options"], want)
         self.assertFalse(report["statistics"]["analysis_suitable"])
         self.assertEqual(report["preparation"]["refine_knots"], 1)

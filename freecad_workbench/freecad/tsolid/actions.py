@@ -19,7 +19,7 @@ import os
 
 import FreeCAD
 
-from . import api, binding, document, fingerprint
+from . import api, binding, convert, document, fingerprint
 from .header import Severity
 
 # ---- long work ---------------------------------------------------------------------------------
@@ -39,8 +39,8 @@ class Job:
         if source is None:
             raise ValueError("%s has no part to work on: its source is gone" % _label(given))
         self.name = _label(source)
-        self.original = source.Shape
-        self.shape = source.Shape.copy()
+        self.original = convert.shape_of(source)
+        self.shape = self.original.copy()
         self.notes = api.notes_of(source)
         self.meshes = _meshes_of(given)
         self.result = None
@@ -78,7 +78,9 @@ class Job:
 
     def _work_on_shape(self, work, progress):
         try:
-            part = api.Part.of(self.shape, lambda f: self._tell(progress, "shape", f))
+            part = api.Part.of(
+                self.shape, lambda f: self._tell(progress, "shape", f), self.options.corners
+            )
         except binding.Refused as error:
             kind = api.CheckResult if work is api.check else api.BuildResult
             return kind(self.name, error.findings, {})

@@ -41,6 +41,8 @@ class Options:
     effort:       "default", "none" (no smoothing), "quick" or "thorough"
     threads:      0 takes all processors; the result does not depend on it
     tolerance:    of edges that carry none of their own, in the shape's unit; 0: 1e-7
+    corners:      names of vertices ("Vertex3") that have to be corners of the cube, eight or
+                  fewer, where a part with planar faces can be seen as a cube in several ways
     """
 
     def __init__(
@@ -53,6 +55,7 @@ class Options:
         tolerance=0.0,
         octree="anisotropic",
         analysis_suitable=True,
+        corners=(),
     ):
         if effort not in EFFORTS:
             raise ValueError("effort is one of %s" % ", ".join(EFFORTS))
@@ -60,6 +63,8 @@ class Options:
             raise ValueError("octree is one of %s" % ", ".join(OCTREES))
         if not 0.0 <= tolerance < math.inf:
             raise ValueError("tolerance is a number, and not negative")
+        if isinstance(corners, str) or len(set(corners)) > 8:
+            raise ValueError("corners is a list of at most eight names of vertices")
         self.refine_knots = int(refine_knots)
         self.raise_degree = int(raise_degree)
         self.min_cells = int(min_cells)
@@ -68,6 +73,7 @@ class Options:
         self.effort = effort
         self.threads = int(threads)
         self.tolerance = float(tolerance)
+        self.corners = tuple(str(name) for name in corners)
 
     def of_boundary(self):
         return self.tolerance, self.refine_knots, self.raise_degree
@@ -76,7 +82,7 @@ class Options:
         """What the result depends on: not the number of threads."""
         names = ("refine_knots", "raise_degree", "min_cells", "octree", "analysis_suitable",
                  "effort", "tolerance")
-        return {name: getattr(self, name) for name in names}
+        return dict({name: getattr(self, name) for name in names}, corners=list(self.corners))
 
 
 def options_from(options, keywords):
@@ -108,14 +114,14 @@ class Part:
         self.file = None  # a BoundaryFile that holds Bezier elements instead of patches
 
     @classmethod
-    def of(cls, given, tell=None):
+    def of(cls, given, tell=None, corners=()):
         """From a document object, a shape, or a Part; raises Refused. tell(fraction) is called
-        for every face and may raise."""
+        for every face and may raise. corners: names of vertices that have to be the cube's."""
         if isinstance(given, cls):
             return given
         name = getattr(given, "Label", "")
-        shape = getattr(given, "Shape", given)
-        sources, notes = convert.sources_of_shape(shape, tell)
+        shape = convert.shape_of(given)
+        sources, notes = convert.sources_of_shape(shape, tell, corners)
         return cls(sources, notes_of(given) + notes, shape.Solids[0], name)
 
     @classmethod
@@ -300,7 +306,7 @@ def _check(kind, given, options, context):
     name = getattr(given, "name", "") or getattr(given, "Label", "")
     part = None
     try:
-        part = Part.of(given)
+        part = Part.of(given, corners=options.corners)
         boundary = part.boundary(context, options)
     except binding.TsolidError as error:
         if error.status not in _ABOUT_THE_PART:
@@ -405,7 +411,7 @@ def verify(given, data, options=None, **keywords):
     """
     options = options_from(options, keywords)
     context = binding.Context(threads=options.threads)
-    part = Part.of(given)
+    part = Part.of(given, corners=options.corners)
     boundary = part.boundary(context, options)
     solid = read_tsolid(context, data)
     same = solid.boundary.points.tolist() == boundary.points.tolist()

@@ -8,7 +8,7 @@ import FreeCADGui as Gui
 from PySide import QtGui
 from PySide.QtCore import QT_TRANSLATE_NOOP
 
-from . import api, binding, document, fem, files, runner
+from . import api, binding, convert, document, fem, files, runner
 from .runner import say, tr
 
 # ---- what is selected ----------------------------------------------------------------------------
@@ -69,9 +69,9 @@ def _refuse_other_kinds(obj):
         raise Unfit(tr("%s is a sketch: select the solid that is made of it.") % label)
     if obj.isDerivedFrom("Mesh::Feature") or obj.isDerivedFrom("Fem::FemMeshObject"):
         raise Unfit(tr("%s is a mesh: a solid with spline faces is needed.") % label)
-    if not hasattr(obj, "Shape"):
+    if not hasattr(obj, "Shape") and not obj.isDerivedFrom("App::Part"):
         raise Unfit(tr("%s has no shape: select a solid.") % label)
-    if obj.Shape.isNull():
+    if convert.shape_of(obj).isNull():
         raise Unfit(tr("%s is empty: recompute it or select a solid.") % label)
 
 

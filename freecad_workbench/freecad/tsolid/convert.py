@@ -8,6 +8,8 @@ they lack, and the walls beside them are cut there. Everything else is refused w
 (Face3, Edge7, Vertex2). The steps are modules of their own: see intake_patches.py.
 """
 
+import Part
+
 from . import binding, intake_patches
 from .binding import Refused
 from .header import Severity, Status
@@ -21,6 +23,16 @@ from .occ_spline import (  # noqa: F401
     solid_of_patches,
     surface_of_patch,
 )
+
+
+def shape_of(given):
+    """The shape of a document object, with the placements of what it links to and holds (Link,
+    App::Part); a shape stands for itself."""
+    if not hasattr(given, "Document"):
+        return given
+    if hasattr(given, "Shape") and not given.isDerivedFrom("App::Link"):
+        return given.Shape
+    return Part.getShape(given)
 
 
 class Source:

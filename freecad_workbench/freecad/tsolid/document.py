@@ -14,9 +14,9 @@ import time
 import FreeCAD
 import Part
 
-from . import api, binding, fingerprint
+from . import api, binding, convert, fingerprint
 
-VERSION = 3  # of the object's properties; onDocumentRestored migrates older ones
+VERSION = 4  # of the object's properties; onDocumentRestored migrates older ones
 
 _PROPERTIES = (
     # type, name, group, description, read-only
@@ -28,6 +28,8 @@ _PROPERTIES = (
     ("App::PropertyBool", "AnalysisSuitable", "Options", "Functions that sum to one", False),
     ("App::PropertyEnumeration", "Effort", "Options", "How hard to smooth the elements", False),
     ("App::PropertyFloat", "Tolerance", "Options", "Of edges without their own; 0: 1e-7", False),
+    ("App::PropertyStringList", "Corners", "Options",
+     "Vertices that have to be corners of the cube: Vertex1, ...; empty: chosen", False),
     ("App::PropertyString", "Verdict", "Result", "Is det J > 0 proved everywhere?", True),
     ("App::PropertyEnumeration", "Status", "Result", "Does the solid belong to its source?", True),
     ("App::PropertyString", "Reason", "Result", "Why the solid is out of date or failed", True),
@@ -83,7 +85,7 @@ class SolidTSpline:
             obj.Status = CURRENT
             report = report_of(obj) or {}
             obj.BuiltOptions = json.dumps(report.get("options", {}))
-        if obj.Version < 3 and obj.BuiltOptions:  # built before there was a choice
+        if obj.Version < 4 and obj.BuiltOptions:  # built before there was a choice
             built = dict(api.Options().as_dict(), **json.loads(obj.BuiltOptions))
             obj.BuiltOptions = json.dumps(built)
         obj.Version = VERSION
@@ -138,6 +140,7 @@ def options_of(obj, threads=0):
         effort=str(obj.Effort),
         threads=threads,
         tolerance=obj.Tolerance,
+        corners=list(obj.Corners),
     )
 
 
@@ -149,6 +152,7 @@ def set_options(obj, options):
     obj.AnalysisSuitable = options.analysis_suitable
     obj.Effort = options.effort
     obj.Tolerance = options.tolerance
+    obj.Corners = list(options.corners)
 
 
 def rebuild(obj, progress=None, threads=0):
@@ -197,7 +201,7 @@ def store(obj, result):
     obj.BuiltOptions = ready.options
     obj.SourceState = ready.state
     _set_status(obj, CURRENT, "")
-    if ready.original is None or not obj.Source.Shape.isEqual(ready.original):
+    if ready.original is None or not convert.shape_of(obj.Source).isEqual(ready.original):
         refresh_status(obj)  # the source may have changed meanwhile
     _show(obj, ready.look)
     if not obj.Source or not obj.Source.State or "Touched" not in obj.Source.State:
@@ -224,7 +228,7 @@ def set_file(obj, data):
 
 def state_of(source):
     """The fingerprint of a source's shape; [] when there is none."""
-    return fingerprint.of_shape(getattr(source, "Shape", None))
+    return fingerprint.of_shape(None if source is None else convert.shape_of(source))
 
 
 def why_outdated(obj):

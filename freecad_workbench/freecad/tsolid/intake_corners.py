@@ -85,10 +85,13 @@ class _Free:
     def _too_few(self, forced, free):
         edges = len({e.number for e, _ in self.cell.face.loop})
         n = len(forced) + len(free)
-        word = ("no", "one", "two", "three")[n] if n < 4 else str(n)
-        return ("the face is bounded by %d edge%s and has %s vert%s that can be a corner; a side "
-                "of the cube needs four" % (edges, "" if edges == 1 else "s", word,
-                                            "ex" if n == 1 else "ices"))
+        words = ("no", "one", "two", "three", "four", "five", "six")
+        edge = words[edges] if edges < len(words) else str(edges)
+        text = "the face is bounded by %s edge%s" % (edge, "" if edges == 1 else "s")
+        if n != edges:
+            corner = words[n] if n < len(words) else str(n)
+            text += ", and %s of its vertices can be a corner" % corner
+        return text + "; a side of the cube needs four"
 
     def _cost(self, positions):
         angles = sum(

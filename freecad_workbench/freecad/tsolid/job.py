@@ -67,7 +67,7 @@ _SHAPES = {
 }
 
 
-def read_part(path, stage):
+def read_part(path, stage, corners=()):
     """The part in a file as api.Part; raises Failure or TsolidError."""
     name, suffix = os.path.splitext(os.path.basename(path))
     suffix = suffix.lower()
@@ -81,7 +81,7 @@ def read_part(path, stage):
         raise Failure(
             "%s: only STEP, BREP, IGES, FCStd and .tsb files are read, by their endings" % path
         )
-    part = api.Part.of(shape)
+    part = api.Part.of(shape, corners=corners)
     part.name = name
     return part
 
@@ -126,6 +126,8 @@ def _shape_of_document(path, stage):
         names = ", ".join(o.Label for o in found) or "none"
         raise Failure("%s holds %d solids (%s); one is needed" % (path, len(found), names))
     shape = found[0].Shape.copy()
+    outer = found[0].getGlobalPlacement() * found[0].Placement.inverse()
+    shape.Placement = outer * shape.Placement
     FreeCAD.closeDocument(document.Name)
     os.unlink(plain)
     return shape
@@ -247,6 +249,7 @@ def _options(text):
     """key=value pairs that the launcher has checked for their characters."""
     given = dict(pair.split("=", 1) for pair in text.split())
     kinds = {"effort": str, "octree": str, "tolerance": float,
+             "corners": lambda names: names.split(","),
              "analysis_suitable": {"on": True, "off": False}.__getitem__}
     values = {}
     for key, value in given.items():
@@ -274,7 +277,7 @@ def run(command, path, out, stage, options):
         check_targets(path, out, name)
         write_page = _page_writer()
     try:
-        part = read_part(path, stage)
+        part = read_part(path, stage, options.corners)
     except binding.Refused as error:
         result = api.CheckResult(name, error.findings, {})
     else:

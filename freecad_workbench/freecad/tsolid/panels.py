@@ -469,7 +469,7 @@ class BuildPanel(Panel):
         self.cells.setValue(given.min_cells)
         self.tolerance.setText("%g" % given.tolerance if given.tolerance else "")
         self.not_shown = {name: getattr(given, name)
-                          for name in ("raise_degree", "octree", "analysis_suitable")}
+                          for name in ("raise_degree", "octree", "analysis_suitable", "corners")}
 
     def options(self):
         """As the panel has them; raises ValueError with a sentence."""

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Tests that run inside FreeCADCmd (started by test_kinds.py and long_kinds.py): parts of all kinds
+from freecad_kinds.py, their verdicts, their solids, and the same through files."""
+
+import os
+import re
+import sys
+import tempfile
+import unittest
+
+import binding_parts
+
+binding_parts.join_freecad()
+
+import Part  # noqa: E402
+
+from freecad.tsolid import api, binding, convert  # noqa: E402
+from freecad_kinds import OPTIONS, REFUSED, TAKEN, chamfered  # noqa: E402
+
+# one of each way in which faces are taken
+QUICK = ("cut obliquely", "quarter cylinder", "hemisphere", "mirrored")
+
+
+class Verdicts(unittest.TestCase):
+    """Every kind gets the verdict beside it; the refused ones with the reason and the place."""
+
+    def test_refused(self):
+        self.assertGreaterEqual(len(REFUSED), 20)
+        for name, (make, words) in REFUSED.items():
+            with self.subTest(name):
+                result = api.check(make())
+                self.assertFalse(result.satisfied)
+                for word in words:
+                    self.assertRegex(result.text(), word)
+
+    def test_taken(self):
+        self.assertGreaterEqual(len(TAKEN), 20)
+        for name, make in TAKEN.items():
+            with self.subTest(name):
+                result = api.check(make())
+                self.assertTrue(result.satisfied, result.text())
+
+
+class Corners(unittest.TestCase):
+    """The choice of eight vertices: told, the same for the same part, and the caller's if given."""
+
+    def chosen(self, shape, corners=()):
+        _, notes = convert.sources_of_shape(shape, corners=corners)
+        told = [n.text for n in notes if "possible cube" in n.text]
+        return told[0] if told else ""
+
+    def test_more_than_one_cube_is_told(self):
+        text = self.chosen(chamfered())
+        self.assertRegex(text, r"the part has 5 possible cubes; taken: Vertex\d+(, Vertex\d+){7}$")
+        self.assertEqual(self.chosen(TAKEN["box"]()), "")
+
+    def test_choice_does_not_depend_on_the_order_of_faces(self):
+        """Nor on their orientation: the same solid from shuffled faces has the same corners."""
+        shape = chamfered()
+        again = Part.makeSolid(Part.makeShell(shape.Faces[::-1]))
+        places = []
+        for solid in (shape, again):
+            names = re.findall(r"Vertex\d+", self.chosen(solid))
+            points = [solid.getElement(name).Point for name in names]
+            places.append(sorted(tuple(round(x, 9) for x in p) for p in points))
+        self.assertEqual(places[0], places[1])
+
+    def test_impossible_corners_are_refused(self):
+        shape = chamfered()
+        for corners, words in ((["Vertex99"], "no such vertex"),
+                               (self.five_of_one_face(shape), "corner")):
+            with self.assertRaises(binding.Refused) as caught:
+                self.chosen(shape, corners)
+            self.assertRegex(str(caught.exception), words)
+
+    def five_of_one_face(self, shape):
+        """All vertices of a pentagon: four can be corners."""
+        face = next(f for f in shape.Faces if len(f.Vertexes) == 5)
+        return ["Vertex%d" % k for k, v in enumerate(shape.Vertexes, 1)
+                if any(v.isSame(w) for w in face.Vertexes)]
+
+
+class Building(unittest.TestCase):
+    """Taken kinds become solids with a positive certificate, exact and of the right volume."""
+
+    names = QUICK
+
+    def test_solids(self):
+        for name in self.names:
+            with self.subTest(name):
+                self.check(TAKEN[name](), **OPTIONS.get(name, {}))
+
+    def check(self, shape, **options):
+        result = api.build(shape, effort="quick", **options)
+        self.assertEqual(result.verdict, "positive", result.text())
+        report = result.report
+        faces = [row["face"] for row in report["exactness"]]
+        self.assertEqual(faces, ["Face%d" % (k + 1) for k in range(len(shape.Faces))])
+        scale = report["conformity"]["scale"]
+        for row in report["exactness"]:
+            self.assertEqual(row["samples"], 1000)
+            self.assertLessEqual(row["declared"], 1e-11 * scale, row)
+            self.assertLessEqual(row["distance"], 1e-12 * scale + row["declared"], row)
+        self.assertLessEqual(report["volume"]["relative_difference"], 1e-12)
+        # OCC's own volume is no evidence, but it is not far off
+        self.assertAlmostEqual(report["volume"]["quadrature"] / shape.Volume, 1.0, delta=2e-3)
+
+
+class AllSolids(Building):
+    names = tuple(TAKEN)
+
+
+class RoundTrips(unittest.TestCase):
+    """BREP and STEP give the same nets but for rounding; IGES, which comes back as loose faces, is
+    taken when it is sewn."""
+
+    def written(self, shape, suffix):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "part." + suffix)
+            {"brep": shape.exportBrep, "step": shape.exportStep, "igs": shape.exportIges}[suffix](
+                path)
+            back = Part.Shape()
+            back.read(path)
+        return back
+
+    def nets(self, shape):
+        return [p for s in convert.sources_of_shape(shape)[0] for p in s.patches]
+
+    def assert_same(self, name, shape, back, allowed):
+        ours, theirs = self.nets(shape), self.nets(back)
+        self.assertEqual(len(ours), len(theirs), name)
+        for p, q in zip(ours, theirs):
+            self.assertEqual((p.degree, p.n_control), (q.degree, q.n_control), name)
+            far = max(abs(a - b) for x, y in zip(p.points, q.points) for a, b in zip(x, y))
+            self.assertLessEqual(far, allowed * convert.scale_of_shape(shape), (name, p.name))
+
+    def test_brep(self):
+        for name, make in TAKEN.items():
+            with self.subTest(name):
+                shape = make()
+                self.assert_same(name, shape, self.written(shape, "brep"), 1e-13)
+
+    def test_step(self):
+        for name, make in TAKEN.items():
+            with self.subTest(name):
+                back = self.written(make(), "step")
+                self.assertTrue(api.check(back).satisfied, api.check(back).text())
+
+    def test_iges(self):
+        for name, make in TAKEN.items():
+            with self.subTest(name):
+                loose = self.written(make(), "igs")
+                solid = convert.solid_of_faces(loose.Faces)
+                result = api.check(solid)
+                self.assertTrue(result.satisfied, result.text())
+
+
+if __name__ == "__main__":
+    code = binding_parts.run(sys.modules[__name__])
+    sys.stdout.flush()
+    os._exit(binding_parts.EXIT_BASE + code)

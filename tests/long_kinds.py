@@ -1,0 +1,29 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""All kinds of parts built, and all of them through BREP, STEP and IGES."""
+
+import shutil
+import sys
+import unittest
+
+import binding_parts
+from test_kinds import Kinds as Quick
+
+
+class AllKinds(unittest.TestCase):
+    cases = Quick.cases
+
+    def test_solids(self):
+        self.cases("AllSolids")
+
+    def test_round_trips(self):
+        self.cases("RoundTrips")
+
+
+del Quick
+
+if __name__ == "__main__":
+    if not shutil.which(binding_parts.FREECAD):
+        print("skipped: FreeCADCmd was not found")
+        sys.exit(77)
+    sys.exit(binding_parts.run(sys.modules[__name__]))
