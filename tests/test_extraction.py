@@ -15,11 +15,12 @@ import galerkin_parts
 import numpy
 import rewrite_part  # noqa: F401  (puts resources on the path)
 from binding_parts import ROOT, binding
+from example_chain import command_path
 
 from examples import read_extraction
 from freecad.tsolid import analysis
 
-COMMAND = os.environ.get("TSOLID_COMMAND", "tsolid")
+COMMAND = os.path.abspath(command_path())
 PARTS = ("wedge", "sphere", "mixed_sides", "elbow")
 
 

@@ -20,10 +20,11 @@ import scipy.sparse.linalg
 
 import binding_parts
 from binding_parts import binding
+from example_chain import command_path
 
 from freecad.tsolid import analysis  # noqa: E402
 
-COMMAND = os.environ.get("TSOLID_COMMAND", "tsolid")
+COMMAND = os.path.abspath(command_path())
 REGIONS = "# name side box\nroot x_low 0 1 0 1\nhalf-face z_high 0 0.5 0.0 1.0 # half\n"
 
 
