@@ -112,6 +112,19 @@ class MatrixTest(unittest.TestCase):
             print("%s: linear patch test %.2g" % (name, error))
             self.assertLess(error, 1e-9)
 
+    def test_elastic_patch_test(self):
+        """A linear displacement given on the boundary is found inside."""
+        gradient = numpy.array([[1.0, 0.4, -0.2], [0.1, -0.7, 0.3], [0.5, 0.2, 0.6]])
+        for name, solid in self.parts.items():
+            given = self.points(solid) @ gradient.T + numpy.array([1.0, 2.0, 3.0])
+            n = 3 * (len(given) - solid.space.n_surface)
+            stiffness = sparse(self.matrix(solid, MatrixKind.ELASTICITY))
+            right = -stiffness[:n, n:] @ given.ravel()[n:]
+            found = scipy.sparse.linalg.spsolve(stiffness[:n, :n].tocsc(), right)
+            error = abs(found - given.ravel()[:n]).max() / abs(given).max()
+            print("%s: elastic patch test %.2g" % (name, error))
+            self.assertLess(error, 1e-9)
+
     def test_loads(self):
         box = self.parts["box"]
         areas = sorted(sum(analysis.face_load(self.context, box, k)) for k in range(6))

@@ -13,8 +13,8 @@
 
 Everything else goes to PETSc, e.g. -ksp_type minres -pc_type hypre -ksp_monitor. The default is
 conjugate gradients with smoothed aggregation, which is told the rigid motions: the control points
-are the coefficients of the functions x, y and z. Debian's petsc4py without PETSc's development files
-is found with PETSC_DIR=/usr/lib/petscdir/petsc3.18/x86_64-linux-gnu-real.
+are the coefficients of the functions x, y and z. Debian's petsc4py without PETSc's development
+files is found with PETSC_DIR=/usr/lib/petscdir/petsc3.18/x86_64-linux-gnu-real.
 """
 
 import argparse

@@ -255,7 +255,7 @@ def report(obj):
 
 
 MODES = ("Solid", "Elements", "T-mesh", "Control net", "Parts")
-COLOURS = ("Scaled Jacobian", "Continuity", "Element size", "Parts")
+COLOURS = ("Scaled Jacobian", "Continuity", "Element size", "Parts", "Result")
 
 
 def look_inside(obj, mode=None, colour=None, peel=None, cut=None, along_blocks=None):

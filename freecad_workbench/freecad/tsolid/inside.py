@@ -100,7 +100,8 @@ class InsidePanel(panels.Panel):
         modes = (tr("Solid"), tr("Hex blocks"), tr("T-mesh"), tr("Control net"), tr("Parts"))
         for name, mode in zip(modes, actions.MODES):
             self.mode.addItem(name, mode)
-        colours = (tr("Scaled Jacobian"), tr("Continuity"), tr("Element size"), tr("Parts"))
+        colours = (tr("Scaled Jacobian"), tr("Continuity"), tr("Element size"), tr("Parts"),
+                   tr("Result"))
         for name, colour in zip(colours, actions.COLOURS):
             self.colour.addItem(name, colour)
         self.mode.activated.connect(lambda k: self.change(mode=self.mode.itemData(k)))
@@ -212,6 +213,11 @@ class InsidePanel(panels.Panel):
             self.legend.show_scale(0.0, 1.0, (tr("folded"), tessellate.FOLDED))
         elif by == "Element size":
             self.legend.show_scale(*self.proxy.look.size_range())
+        elif by == "Result":
+            if self.proxy.look.result is None:
+                self.legend.show_names([(tr("none"), tessellate.ORDER_COLOURS[tessellate.OUTSIDE])])
+            else:
+                self.legend.show_scale(*self.proxy.look.result_range)
         elif by == "Continuity":
             self.legend.show_names(list(zip(tessellate.ORDER_NAMES, tessellate.ORDER_COLOURS)))
         else:

@@ -34,8 +34,8 @@ class Scenes:
             for node in nodes:
                 roots[mode].addChild(node)
 
-    def recolour(self, look, by):
-        if by != self.by:
+    def recolour(self, look, by, anew=False):
+        if by != self.by or anew:
             self.elements.set_colours(look.colours(by))
             self.by = by
 
@@ -55,8 +55,9 @@ class Scenes:
         place = look.low[axis] + share * (look.high[axis] - look.low[axis])
         self.elements.clip_at(axis, place)
         self.elements.show(look, deep & self.grids.touches(axis, place))
-        triangles, jacobian, owner, segments = self.grids.cut(deep, axis, place)
-        packed = section.colours(look, self.by, jacobian, owner)
+        values = self.grids.result() if self.by == "Result" else None
+        triangles, values, owner, segments = self.grids.cut(deep, axis, place, values)
+        packed = section.colours(look, self.by, values, owner)
         self.section.show(axis, triangles, packed, owner, segments)
 
     def refresh(self, look, kept, mode):

@@ -72,19 +72,32 @@ class Grids:
             self.point[members] = point.reshape(len(members), -1, 3)
             self.jacobian[members] = jacobian.reshape(len(members), -1)
         self.low, self.high = self.point.min(1), self.point.max(1)
+        self.nets, self.value = None, np.zeros(self.jacobian.shape, np.float32)
+
+    def result(self):
+        """The look's result at the grid points; made anew when it is another one."""
+        if self.look.result_nets is not self.nets:
+            self.nets = self.look.result_nets
+            self.value = np.zeros(self.jacobian.shape, np.float32)
+            for members, _ in self.look.degree_groups() if self.nets is not None else ():
+                group = np.stack([self.nets[e] for e in members])
+                field = tessellate.volume_field(group, np.linspace(0, 1, SIZE))
+                self.value[members] = tessellate.size_of(field).reshape(len(members), -1)
+        return self.value
 
     def touches(self, axis, place):
         """Elements of which something lies on the low side of the plane."""
         return self.low[:, axis] < place
 
-    def cut(self, kept, axis, place):
-        """(points of triangles, their Jacobians, element of each triangle, points of segments) on
-        the plane where coordinate `axis` is `place`."""
+    def cut(self, kept, axis, place, values=None):
+        """(points of triangles, their values, element of each triangle, points of segments) on the
+        plane where coordinate `axis` is `place`; values at grid points, None: Jacobians."""
+        values = self.jacobian if values is None else values
         mine = np.flatnonzero(
             kept & (self.low[:, axis] < place) & (self.high[:, axis] > place))
         height = self.point[mine, :, axis] - np.float32(place)
         points = self.point[mine]
-        data = np.concatenate([points, self.jacobian[mine][..., None]], 2)
+        data = np.concatenate([points, values[mine][..., None]], 2)
         triangles, owner = _cut_tetrahedra(height, data)
         segments = _cut_triangles(height, points)
         triangles[..., axis] = place
@@ -156,12 +169,14 @@ _TABLE = tessellate.packed(tessellate.colour_scale(np.linspace(0, 1, 1024)))
 
 
 def colours(look, by, jacobian, owner):
-    """Packed colours per corner of the section's triangles."""
+    """Packed colours per corner of the section's triangles; jacobian: the values of the cut."""
     if by == "Scaled Jacobian":
         jacobian = jacobian.reshape(-1)
         out = _TABLE[(np.clip(jacobian, 0, 1) * (len(_TABLE) - 1)).astype(np.int32)]
         out[jacobian <= 0] = tessellate.packed(tessellate.FOLDED)
         return out
+    if by == "Result":
+        return tessellate.packed(look.result_colours(jacobian.reshape(-1)))
     if by == "Element size":
         low, high = look.size_range()
         sizes = np.cbrt(np.abs(look.volume[owner]))

@@ -234,6 +234,30 @@ def volumes(groups_by_degree, n):
 # ---- all of it -----------------------------------------------------------------------------------
 
 
+def face_field(nets, axis, end, n):
+    """Values on the grid of picture.face_values, of nets with any number of components."""
+    grid = np.linspace(0, 1, n + 1)
+    b = [picture.bernstein(nets.shape[3 - a] - 1, [float(end)] if a == axis else grid)[0]
+         for a in range(3)]
+    result = np.einsum("ekjic,zk->ezjic", nets, b[2])
+    result = np.einsum("ezjic,yj->ezyic", result, b[1])
+    return np.squeeze(np.einsum("ezyic,xi->ezyxc", result, b[0]), axis=3 - axis)
+
+
+def volume_field(nets, grid):
+    """Values on grid x grid x grid: [element, z, y, x, component]."""
+    b = [picture.bernstein(nets.shape[3 - a] - 1, grid)[0] for a in range(3)]
+    result = np.einsum("ekjic,xi->ekjxc", nets, b[0])
+    result = np.einsum("ekjxc,yj->ekyxc", result, b[1])
+    return np.einsum("ekyxc,zk->ezyxc", result, b[2])
+
+
+def size_of(values):
+    """A number as it is, the length of a vector; the last one is the weight."""
+    field = values[..., :-1] / values[..., -1:]
+    return field[..., 0] if field.shape[-1] == 1 else np.sqrt((field**2).sum(-1))
+
+
 class Rows:
     """Half-faces drawn with the same number of intervals, as rows of indices; quads turn left as
     seen from outside their element."""
@@ -318,13 +342,14 @@ class Look:
         if most > MAX_QUADS:
             steps = [np.minimum(s, 4) if most < 4 * MAX_QUADS else np.full_like(s, 2)
                      for s in steps]
-        points, normals, jacobians, starts, total = [], [], [], {}, 0
+        points, normals, jacobians, starts, total, plan = [], [], [], {}, 0, []
         for ((_, axis, end), members, nets), number, step in zip(groups, numbers, steps):
             for n in STEPS:
                 some = np.flatnonzero(step == n)
                 if not len(some):
                     continue
                 p, q, j = picture.face_values(nets[some], axis, end, n)
+                plan.append((axis, end, members[some], n))
                 points.append(p.reshape(-1, 3))
                 normals.append(q.reshape(-1, 3))
                 jacobians.append(j.reshape(-1))
@@ -333,6 +358,7 @@ class Look:
                 starts.setdefault(n, []).append((number[some], first))
                 keep.append((np.repeat(number[some], size)))
                 total += size * len(some)
+        self.plan = plan
         self.point = np.concatenate(points).astype(np.float32)
         self.normal = np.concatenate(normals).astype(np.float32)
         self.jacobian = np.concatenate(jacobians)
@@ -349,6 +375,33 @@ class Look:
         self.highest = np.full(self.n, -np.inf)
         np.minimum.at(self.lowest, element, self.jacobian)
         np.maximum.at(self.highest, element, self.jacobian)
+
+    # ---- a result ----
+
+    result = None  # numbers at the vertices; a vector's length
+    result_name = ""
+    result_nets = None
+    result_range = (0.0, 1.0)
+
+    def set_result(self, name, nets):
+        """nets: see results.nets; None: no result."""
+        self.result_name, self.result, self.result_nets = name, None, None
+        if nets is None:
+            return
+        self.result_nets = [np.concatenate([f, g[..., 3:]], -1)
+                            for f, g in zip(nets, self.elements.net)]
+        parts = []
+        for axis, end, members, n in self.plan:
+            group = np.stack([self.result_nets[e] for e in members])
+            parts.append(size_of(face_field(group, axis, end, n)).reshape(-1))
+        self.result = np.concatenate(parts)
+        self.result_range = float(self.result.min()), float(self.result.max())
+
+    def result_colours(self, values):
+        if self.result is None:
+            return np.tile(ORDER_COLOURS[OUTSIDE], (len(values), 1))
+        low, high = self.result_range
+        return colour_scale((values - low) / max(high - low, 1e-300))
 
     # ---- what a slider step asks for ----
 
@@ -399,6 +452,8 @@ class Look:
             rgb = rgb[element]
         elif by == "Parts":
             rgb = np.array(PART_COLOURS)[self.part[element]]
+        elif by == "Result":
+            rgb = self.result_colours(self.half_face if self.result is None else self.result)
         else:
             raise ValueError("no such colouring: %s" % by)
         return packed(rgb)

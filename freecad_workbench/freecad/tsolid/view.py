@@ -9,7 +9,7 @@ import contextlib
 import FreeCAD
 import FreeCADGui as Gui
 
-from . import actions, api, binding, document, places
+from . import actions, api, binding, document, places, results
 
 SOLID, ELEMENTS, TMESH, CONTROL, PARTS = actions.MODES
 _OWN = (ELEMENTS, TMESH, CONTROL, PARTS)
@@ -43,12 +43,15 @@ class SolidTSplineView:
         self.look = None  # a tessellate.Look of the stored solid
         self.loading = None  # a runner.Loading that makes it
         self.shown_file = None
+        self.shown_result = None  # the look that has got the object's result
         self.scenes = None
         self.mode = SOLID
 
     def add_properties(self, vobj):
         for kind, name, description in _PROPERTIES:
             if name in vobj.PropertiesList:
+                if name == "ColourBy":  # documents of older versions know fewer
+                    _extend_choices(vobj)
                 continue
             vobj.addProperty(kind, name, "Look inside", description)
             if name == "ColourBy":
@@ -101,6 +104,10 @@ class SolidTSplineView:
             self._forget()
             if self.mode in _OWN:
                 self._soon()
+        elif name == "ResultValues":
+            self.shown_result = None
+            self.recolour()
+            self.refresh()
         elif name in ("Status", "Verdict", "Reason"):
             self.vobj.signalChangeIcon()
 
@@ -194,7 +201,11 @@ class SolidTSplineView:
         if self.look is None or self.scenes is None:
             return
         by = "Parts" if self.mode == PARTS else str(self.vobj.ColourBy)
-        self.scenes.recolour(self.look, by)
+        anew = by == "Result" and self.shown_result is not self.look
+        if anew:
+            results.colour(self.look, self.obj)
+            self.shown_result = self.look
+        self.scenes.recolour(self.look, by, anew)
 
     def refresh(self):
         """One step of a slider."""
@@ -257,6 +268,13 @@ class SolidTSplineView:
     def _not_loaded(self, error):
         self.loading = None
         _warn(error)
+
+
+def _extend_choices(vobj):
+    if list(vobj.getEnumerationsOfProperty("ColourBy") or ()) != list(actions.COLOURS):
+        chosen = str(vobj.ColourBy)
+        vobj.ColourBy = list(actions.COLOURS)
+        vobj.ColourBy = chosen
 
 
 _FAILURES = (binding.TsolidError, binding.LibraryError, ImportError)

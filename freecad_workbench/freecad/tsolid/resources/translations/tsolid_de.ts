@@ -469,6 +469,10 @@
    <translation>Bericht</translation>
   </message>
   <message>
+   <source>Result</source>
+   <translation>Ergebnis</translation>
+  </message>
+  <message>
    <source>Scaled Jacobian</source>
    <translation>Skalierte Jacobi-Determinante</translation>
   </message>
