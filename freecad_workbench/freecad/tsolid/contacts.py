@@ -20,8 +20,8 @@ TOLERANCE = 1e-7
 
 class Contact:
     """Two faces of two members (numbers from 0), or, faces None, two members that penetrate each
-    other. gap: largest distance of the points in contact; least: the smallest; place: where
-    the gap is largest; covered: shares of both faces' points that are in contact; volume: common."""
+    other. gap: largest distance of the points in contact; least: the smallest; place: where the
+    gap is largest; covered: shares of both faces' points that are in contact; volume: common."""
 
     def __init__(self, kind, members, faces, gap, least, place, covered, volume=0.0):
         self.kind, self.members, self.faces = kind, members, faces
