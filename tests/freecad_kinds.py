@@ -250,8 +250,15 @@ TAKEN = {
     "scaled": scaled,
     "compound of one": lambda: Part.makeCompound([box()]),
     "sliced": sliced,
+    "chamfered": chamfered,
+    "filleted": filleted,
+    "L": lambda: prism((0, 0, 0), (10, 0, 0), (10, 4, 0), (4, 4, 0), (4, 10, 0), (0, 10, 0)),
+    "pentagon": lambda: prism((0, 0, 0), (10, 0, 0), (12, 5, 0), (5, 12, 0), (0, 10, 0)),
+    "hexagon": lambda: prism(*[(9 * math.cos(k * math.pi / 3), 9 * math.sin(k * math.pi / 3), 0)
+                               for k in range(6)]),
     "cylinder": lambda: Part.makeCylinder(3, 10),
     "cone frustum": lambda: Part.makeCone(3, 1, 10),
+    "half cylinder": lambda: Part.makeCylinder(3, 10, ORIGIN, Z, 180),
     "half cylinder, cut": lambda: Part.makeCylinder(3, 10).cut(box(20, 20, 20).translated(
         Vector(-10, 0, -1))),
     "quarter cylinder": quarter_cylinder,

@@ -18,7 +18,7 @@ from freecad.tsolid import api, binding, convert  # noqa: E402
 from freecad_kinds import OPTIONS, REFUSED, TAKEN, chamfered  # noqa: E402
 
 # one of each way in which faces are taken
-QUICK = ("cut obliquely", "quarter cylinder", "hemisphere", "mirrored")
+QUICK = ("cut obliquely", "quarter cylinder", "hemisphere", "mirrored", "L")
 
 
 class Verdicts(unittest.TestCase):
@@ -64,6 +64,20 @@ class Corners(unittest.TestCase):
             points = [solid.getElement(name).Point for name in names]
             places.append(sorted(tuple(round(x, 9) for x in p) for p in points))
         self.assertEqual(places[0], places[1])
+
+    def test_given_corners_are_taken(self):
+        shape = chamfered()
+        first = set(re.findall(r"Vertex\d+", self.chosen(shape)))
+        other = next("Vertex%d" % k for k in range(1, 11) if "Vertex%d" % k not in first)
+        text = self.chosen(shape, [other])
+        if text:
+            self.assertIn(other, re.findall(r"Vertex\d+", text))
+        result = api.build(shape, effort="quick", corners=[other])
+        self.assertTrue(result.proved, result.text())
+        corners = result.boundary.requirement["corner"]
+        want = shape.getElement(other).Point
+        far = min(max(abs(a - b) for a, b in zip(want, c)) for c in corners)
+        self.assertLess(far, 1e-9)
 
     def test_impossible_corners_are_refused(self):
         shape = chamfered()
