@@ -245,6 +245,37 @@ class FolderTest(unittest.TestCase):
         index = self.export("dent", "dent_m", "--force", said="warning: det J is not positive.*\n")
         self.assertIs(index["proved"], False)
 
+    def test_fields_by_the_command(self):
+        """Coefficients in, the field at VTK's corner points out: x is a field like any other."""
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+        from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+
+        control = numpy.array(self.solids["sphere"].control)
+        points = control[:, :3] / control[:, 3:]
+        analysis.write_table(self.context, 3, points.tolist(), self.path("x.mtx"))
+        with open(self.path("y.petsc"), "wb") as stream:
+            stream.write(struct.pack(">2i", 1211214, len(points)))
+            stream.write(points[:, 1].astype(">f8").tobytes())
+        words = ("sphere.tsolid", "--vtu", "f.vtu", "--field", "place=x.mtx", "--field=y=y.petsc")
+        run = self.run_command(*words)
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        reader = vtkXMLUnstructuredGridReader()
+        reader.SetFileName(self.path("f.vtu"))
+        reader.Update()
+        grid = reader.GetOutput()
+        at = vtk_to_numpy(grid.GetPoints().GetData())
+        place, y = (vtk_to_numpy(grid.GetPointData().GetArray(n)) for n in ("place", "y"))
+        self.assertLess(abs(place - at).max(), 1e-12 * abs(at).max())
+        self.assertLess(abs(y - at[:, 1]).max(), 1e-12 * abs(at).max())
+        start = ("sphere.tsolid", "--vtu", "no.vtu", "--field")
+        self.check_refused("takes NAME=FILE", *start, "y.petsc")
+        self.check_refused("takes NAME=FILE", *start, "=y.petsc")
+        self.check_refused("which is missing", start[0], "--bext", "b", "--field", "y=y.petsc")
+        self.check_refused("No such file", *start, "y=no.petsc")
+        self.check_refused("needs a name of its own", *start, "y=y.petsc", words[-1])
+        analysis.write_table(self.context, 1, [1.0, 2.0], self.path("short.mtx"))
+        self.check_refused("has 2 numbers; the solid has", *start, "y=short.mtx")
+
     def test_files_of_others_stay(self):
         os.mkdir(self.path("used"))
         with open(self.path("used", "mine.txt"), "w") as stream:
