@@ -6,7 +6,9 @@
 
 Default: 10^4, 10^5, 10^6 hexahedra of the wavy cube; 10^3, 10^4, 10^5 functions (of wavy cubes with
 more and more spans) for the mass, Laplace and elasticity matrices. Not a test: nothing is judged.
-Each line is a process of its own; memory is the process's largest less that before the step.
+Each line is a process of its own: seconds by the clock, seconds of all processors together, the
+process's largest memory less that before the step, and microseconds of processors per hexahedron or
+per Bezier element of the solid, of which larger solids have more for each function.
 """
 
 import argparse
@@ -47,7 +49,7 @@ def step(what, size, path, threads):
     """One measurement, in a process of its own; prints its line."""
     context = binding.Context(threads=threads)
     solid = binding.Solid.read(context, path)
-    before, start = mebibytes(), time.perf_counter()
+    before, start, busy = mebibytes(), time.perf_counter(), time.process_time()
     if what == "hexes":
         n = max(2, round((size / 2.5) ** (1 / 3)))  # the core and two layers of n / 4 on six sides
         options = {"divisions": (n, n, n, n // 4), "max_elements": 10 * size}
@@ -57,9 +59,11 @@ def step(what, size, path, threads):
         matrix = analysis.Matrix.create(context, solid, KINDS.index(what), 210e3, 0.3)
         count, entries = solid.space.n_functions, len(matrix.arrays()[1])
     seconds, memory = time.perf_counter() - start, mebibytes() - before
+    busy, elements = time.process_time() - busy, solid.space.n_elements
+    each = count if what == "hexes" else elements
     print(
-        "%-12s %10d %12d %9.2f %9.0f %12.2f %12.3f"
-        % (what, count, entries, seconds, memory, 1e6 * seconds / count, 1024 * memory / count),
+        "%-12s %10d %10d %12d %9.2f %9.2f %9.0f %12.1f"
+        % (what, count, elements, entries, seconds, busy, memory, 1e6 * busy / each),
         flush=True,
     )
 
@@ -80,8 +84,8 @@ def main():
         what, size, path = options.step
         return step(what, int(size), path, options.threads)
     everything = not options.hexes and not options.functions
-    print("%-12s %10s %12s %9s %9s %12s %12s" % (
-        "what", "count", "nodes/entries", "seconds", "MiB", "us each", "KiB each"))
+    print("%-12s %10s %10s %12s %9s %9s %9s %12s" % (
+        "what", "count", "elements", "nodes, nnz", "seconds", "processor", "MiB", "us each"))
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "x.tsolid")
         for size in options.hexes or ([10**4, 10**5, 10**6] if everything else []):
