@@ -450,6 +450,39 @@ static void test_malformed(tsolid_context *context) {
   expect_refused(context, &bad, TSOLID_ERROR_INPUT, "too near to it");
 }
 
+/* Loops with a few numbers overwritten: refused, or a patch that keeps every promise. */
+static void test_mutations(tsolid_context *context) {
+  static const double odd[12] = {0.0,   -1.0, 1e-12, 1.0 + 1e-12, 1e99, 1e-49,
+                                 -1e30, 1e49, 0.5,   0.25,        2.0,  1e9};
+  int n_status[TSOLID_ERROR_INTERNAL + 1] = {0};
+  for (int k = 0; k < 120; k++) {
+    tsi_arena arena = tsi_arena_create(context);
+    flat_loop loop = k % 3 == 0 ? circle(1.0) : k % 3 == 1 ? ell() : random_loop(1);
+    for (int m = random_int(1, 2); m > 0; m--) {
+      flat_curve *c = &loop.border[random_int(0, 3)];
+      double value = odd[random_int(0, 11)];
+      int what = random_int(0, 3), i = random_int(0, c->n - 1);
+      if (what == 0)
+        c->knots[random_int(0, c->n + c->degree)] = value;
+      else if (what == 1)
+        c->weight[i] = value;
+      else
+        c->point[i][random_int(0, 2)] = value;
+    }
+    made m = make(context, &arena, &loop, NULL);
+    n_status[m.status]++;
+    CHECK(m.status == TSOLID_OK || m.status == TSOLID_ERROR_INPUT ||
+          m.status == TSOLID_ERROR_REFUSED);
+    CHECK(m.status == TSOLID_OK || tsolid_context_n_findings(context) == 1);
+    if (m.coons)
+      CHECK(sample_worst(&m.read, m.report.normal, 7) > 0.0);
+    tsolid_coons_free(m.coons);
+    tsi_arena_free(&arena);
+  }
+  CHECK(n_status[TSOLID_OK] > 5 && n_status[TSOLID_ERROR_INPUT] > 20 &&
+        n_status[TSOLID_ERROR_REFUSED] > 20);
+}
+
 static void test_arguments(tsolid_context *context) {
   flat_loop loop = circle(1.0);
   tsolid_curve border[4];
@@ -759,6 +792,7 @@ int main(void) {
   test_refusals(context);
   test_meetings(context);
   test_malformed(context);
+  test_mutations(context);
   test_arguments(context);
   test_memory();
   test_soundness(context);

@@ -31,7 +31,7 @@ static const double default_tolerance = 1e-7;
  * patch is given up only for one that is better by a factor. Near a singular corner every patch is
  * poor: those are not touched when they are proved. */
 static const double poor = 0.5, good_enough = 0.8, worthwhile = 1.1;
-/* Rounds of refinement before a patch that folds, or one that is poor, is left as it is. */
+/* Rounds of refinement before a patch that folds is given up, and of a proved one that is poor. */
 enum { REPAIR_ROUNDS = 4, QUALITY_ROUNDS = 1, MAX_REPAIRED = 1 << 16 };
 /* Coons weights below this part of the lightest border weight beside them are replaced. */
 static const double lightest_inside = 0.05;
@@ -355,6 +355,7 @@ static tsolid_status repair(tsi_coons_work *w, const tsolid_curve border[4], att
       *best = next;
       next = old;
       *best_report = *w->report;
+      last = next_proved && !proved ? round + QUALITY_ROUNDS : last;
       proved = next_proved;
     }
     tsolid_coons_free(next.coons);

@@ -86,9 +86,9 @@ static void sweep_along(const tsi_grid_line *line, const double *table, int n, i
 
 /* One row of points: sum of order rows of `in` by the entries of f. */
 static void mix_rows(const tsi_grid_line *across, const double *table, int q, int n_points,
-                     const double *in, double *out) {
+                     const double *in, double *restrict out) {
   const double *f = table + (ptrdiff_t)q * across->order;
-  const double *from = in + (size_t)across->first[q] * (size_t)n_points;
+  const double *restrict from = in + (size_t)across->first[q] * (size_t)n_points;
   memset(out, 0, (size_t)n_points * sizeof *out);
   for (int j = 0; j < across->order; j++, from += n_points)
     for (int k = 0; k < n_points; k++)
@@ -96,9 +96,9 @@ static void mix_rows(const tsi_grid_line *across, const double *table, int q, in
 }
 
 static void add_rows(const tsi_grid_line *across, const double *table, int q, int n_points,
-                     const double *in, double *out) {
+                     const double *restrict in, double *out) {
   const double *f = table + (ptrdiff_t)q * across->order;
-  double *to = out + (size_t)across->first[q] * (size_t)n_points;
+  double *restrict to = out + (size_t)across->first[q] * (size_t)n_points;
   for (int j = 0; j < across->order; j++, to += n_points)
     for (int k = 0; k < n_points; k++)
       to[k] += f[j] * in[k];
@@ -153,7 +153,7 @@ static void differentiate_row(tsi_grid *g, int q) {
   size_t at = (size_t)q * (size_t)n_u;
   const double *w = g->w[0] + at, *w_u = g->w[1] + at, *w_v = g->w[2] + at;
   for (int c = 0; c < 2; c++) {
-    double *a = g->row[c], *a_u = g->row[2 + c], *a_v = g->row[4 + c];
+    double *restrict a = g->row[c], *restrict a_u = g->row[2 + c], *restrict a_v = g->row[4 + c];
     mix_rows(v, v->value, q, n_u, g->stage[c], a);
     mix_rows(v, v->value, q, n_u, g->stage[2 + c], a_u);
     mix_rows(v, v->slope, q, n_u, g->stage[c], a_v);
@@ -172,7 +172,7 @@ static void collect_row(tsi_grid *g, int q) {
   size_t at = (size_t)q * (size_t)n_u;
   const double *w = g->w[0] + at, *w_u = g->w[1] + at, *w_v = g->w[2] + at;
   for (int c = 0; c < 2; c++) {
-    double *a = g->row[c], *a_u = g->row[2 + c], *a_v = g->row[4 + c];
+    double *restrict a = g->row[c], *restrict a_u = g->row[2 + c], *restrict a_v = g->row[4 + c];
     for (int k = 0; k < n_u; k++) {
       a_u[k] /= w[k];
       a_v[k] /= w[k];

@@ -167,11 +167,12 @@ static double speed_density(void *data, const tsi_grid *g, int q, double *const 
 /* ---- quality -----------------------------------------------------------------------------------
  */
 
-static int points_per_span(const tsi_planar *p, int wanted) {
+/* At least two, and where there are many spans not many more. */
+static int points_per_span(const tsi_planar *p, int wanted, int least) {
   int spans = p->n[0] - p->degree[0] > p->n[1] - p->degree[1] ? p->n[0] - p->degree[0]
                                                               : p->n[1] - p->degree[1];
-  int cap = spans > MANY_SPANS ? 3 : TSI_MAX_DEGREE + 5;
-  return wanted < cap ? wanted : cap;
+  int most = spans > MANY_SPANS ? least : TSI_MAX_DEGREE + 5;
+  return wanted < most ? wanted : most;
 }
 
 static tsi_planar_quality measure(tsi_grid *grid, const double *point, int singular) {
@@ -184,7 +185,7 @@ static tsi_planar_quality measure(tsi_grid *grid, const double *point, int singu
 }
 
 static int quality_grid(tsi_arena *arena, const tsi_planar *patch, tsi_grid *grid) {
-  int m = points_per_span(patch, QUALITY_POINTS);
+  int m = points_per_span(patch, QUALITY_POINTS, 3);
   return tsi_grid_create(arena, patch, m, m, grid);
 }
 
@@ -254,7 +255,8 @@ static double entry(const level *l, int i, int k) {
 typedef struct repairer {
   tsolid_context *context;
   tsi_planar *patch;
-  tsi_grid grid, fine; /* of the energy, of the quality */
+  tsi_grid grid[2], fine; /* of the energy on coarse levels and on the last, of the quality */
+  tsi_grid *now;          /* one of the two */
   barrier barrier;
   level level[2];
   double *start, *position, *gradient, *half, *best; /* rows of 2 */
@@ -314,7 +316,7 @@ static lbfgsfloatval_t evaluate(void *data, const lbfgsfloatval_t *x, lbfgsfloat
   repairer *r = data;
   (void)n, (void)step;
   prolong(r, x);
-  double energy = tsi_grid_sum(&r->grid, r->position, barrier_density, &r->barrier, r->gradient);
+  double energy = tsi_grid_sum(r->now, r->position, barrier_density, &r->barrier, r->gradient);
   restrict_gradient(r, g);
   return energy;
 }
@@ -365,6 +367,7 @@ static tsolid_status descend(repairer *r, int max_steps) {
     for (int d = 0; d < 2; d++)
       if (!make_level(&arena, p, d, n, &r->level[d]))
         status = tsi_no_memory(r->context, TSI_COONS_STAGE);
+    r->now = &r->grid[n == ALL_POINTS];
     if (!status)
       status = descend_level(r, max_steps);
     tsi_arena_free(&arena);
@@ -384,9 +387,9 @@ static void keep_best(repairer *r) {
   memcpy(r->best, r->position, net_bytes(r));
 }
 
-static void choose_targets(repairer *r) {
-  tsi_grid_line *line = r->grid.line;
-  tsi_grid_sum(&r->grid, r->patch->point, speed_density, NULL, NULL);
+static void choose_targets(const tsi_planar *patch, tsi_grid *grid) {
+  tsi_grid_line *line = grid->line;
+  tsi_grid_sum(grid, patch->point, speed_density, NULL, NULL);
   for (int d = 0; d < 2; d++) {
     double mean = 0.0;
     for (int q = 0; q < line[d].n_points; q += line[d].m) { /* one for each span */
@@ -405,18 +408,22 @@ static void choose_targets(repairer *r) {
 static tsolid_status prepare(repairer *r, tsi_arena *arena, int round) {
   const tsi_planar *p = r->patch;
   size_t n = (size_t)p->n[0] * (size_t)p->n[1];
-  int m[2];
-  for (int d = 0; d < 2; d++)
-    m[d] = points_per_span(p, p->degree[d] + 2 + round);
   double **net[5] = {&r->start, &r->position, &r->gradient, &r->half, &r->best};
   for (int k = 0; k < 5; k++)
     if (!(*net[k] = tsi_arena_new(arena, n, 2 * sizeof(double))))
       return tsi_no_memory(r->context, TSI_COONS_STAGE);
-  if (!tsi_grid_create(arena, p, m[0], m[1], &r->grid) || !quality_grid(arena, p, &r->fine))
+  for (int k = 0; k < 2; k++) {
+    int m[2];
+    for (int d = 0; d < 2; d++)
+      m[d] = points_per_span(p, p->degree[d] + 2 + round, 2 + k + round);
+    if (!tsi_grid_create(arena, p, m[0], m[1], &r->grid[k]))
+      return tsi_no_memory(r->context, TSI_COONS_STAGE);
+    choose_targets(p, &r->grid[k]);
+  }
+  if (!quality_grid(arena, p, &r->fine))
     return tsi_no_memory(r->context, TSI_COONS_STAGE);
   for (size_t i = 0; i < 2 * n; i++)
     r->scale = fmax(r->scale, fabs(p->point[i]));
-  choose_targets(r);
   memcpy(r->position, p->point, net_bytes(r));
   r->best_worst = -INFINITY;
   keep_best(r);
