@@ -41,7 +41,7 @@ class Members(unittest.TestCase):
             middle = tuple(round(x, 6) for x in m.shape.BoundBox.Center)
             self.assertNotIn(m.name, out)
             out[m.name] = (middle, m.first)
-            inside = m.obj.getSubObject(m.face(0)) if m.path else m.obj.Shape.Faces[0]
+            inside = m.obj.getSubObject(m.below("Face1"))
             self.assertIsInstance(inside, Part.Face)
         return out
 
@@ -61,6 +61,16 @@ class Members(unittest.TestCase):
             "Box": ((106, 7, 8), 0), "Deep": ((105, 55, 5), 1),
             "Box (2)": ((6, 7, 508), 0), "Deep (2)": ((5, 55, 505), 1),
         })
+
+    def test_selected_below_a_container(self):
+        part = self.doc.addObject("App::Part", "Outer")
+        part.Placement.Base = Vector(100, 0, 0)
+        box = self.box("Box", 1, 2, 3)
+        part.addObject(box)
+        self.doc.recompute()
+        (member,) = members.of_objects([box])
+        self.assertEqual((member.obj, member.below("Face2")), (part, "Box.Face2"))
+        self.assertAlmostEqual(member.shape.BoundBox.XMin, 101.0, 9)
 
     def test_arrays_of_links(self):
         box = self.box("Box")

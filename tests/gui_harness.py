@@ -22,7 +22,8 @@ try:
 except ImportError:
     from PySide6.QtTest import QTest
 
-PANELS = ("CheckPanel", "BuildPanel", "ReportPanel", "InsidePanel", "MeshPanel")
+PANELS = ("CheckPanel", "BuildPanel", "ReportPanel", "InsidePanel", "MeshPanel",
+          "AssemblyPanel")
 RESULT = os.environ["TSOLID_GUI_RESULT"]
 PICTURES = os.environ.get("TSOLID_GUI_PICTURES", "")
 

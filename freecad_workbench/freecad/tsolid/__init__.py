@@ -11,6 +11,7 @@ library and binding do not.
 
 _API = {
     "check": "actions",
+    "check_assembly": "actions",
     "build": "actions",
     "rebuild": "actions",
     "report": "actions",

@@ -8,6 +8,7 @@
     ts.look_inside(App.ActiveDocument.SolidTSpline, mode="Elements", peel=1)
     ts.report(App.ActiveDocument.SolidTSpline)          # the report as a dict
     ts.export(App.ActiveDocument.SolidTSpline, "part.html")
+    ts.check_assembly(App.ActiveDocument)               # do the parts touch without gaps?
     ts.open_example("wavy_cube")
 
 In a window the long work runs in a thread before the line is executed, and the line only takes
@@ -169,6 +170,23 @@ def check(given, options=None, progress=None, **keywords):
     if is_document_object(given):
         return _result("check", given, options, progress)
     return api.check(given, options, progress)
+
+
+def check_assembly(given, gap=None, progress=None):
+    """Which faces of which parts touch, how far others are apart, clashes. Gives an
+    assemblies.AssemblyResult.
+
+    given: a document (all its solids), an object, a list of objects, or a shape. gap: how far apart
+    faces may be to be told; None: a hundredth of the smaller part.
+    """
+    from . import assemblies, members
+
+    if hasattr(given, "Solids"):
+        return assemblies.check(given, gap, progress=progress)
+    if hasattr(given, "addObject") and hasattr(given, "Objects"):
+        given = members.top_objects(given)
+    return assemblies.check_objects(given if isinstance(given, (list, tuple)) else [given], gap,
+                                    progress)
 
 
 def build(given, options=None, progress=None, **keywords):

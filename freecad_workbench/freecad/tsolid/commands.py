@@ -8,7 +8,7 @@ import FreeCADGui as Gui
 from PySide import QtGui
 from PySide.QtCore import QT_TRANSLATE_NOOP
 
-from . import api, binding, convert, document, fem, files, runner
+from . import api, binding, convert, document, fem, files, members, runner
 from .runner import say, tr
 
 # ---- what is selected ----------------------------------------------------------------------------
@@ -100,6 +100,19 @@ def the_solid_or_mesh():
     return _built(the_tspline())
 
 
+def the_assembly():
+    """(objects, whole): two objects or more that are selected, one container, or, with nothing
+    selected, all of the document; raises Unfit."""
+    doc, found = FreeCAD.ActiveDocument, selected()
+    objects = found or (members.top_objects(doc) if doc is not None else [])
+    parts = members.of_objects(objects)
+    if len(parts) < 2:
+        raise Unfit(
+            tr("An assembly has two solids or more: %d found. Select them, or nothing to take all.")
+            % len(parts))
+    return objects, not found
+
+
 def _built(obj):
     if not obj.SolidFile:
         raise Unfit(tr("%s has not been built yet: rebuild it.") % api.visible(obj.Label))
@@ -144,6 +157,13 @@ def mesh(obj):
     from . import mesh_panel
 
     return _open_panel(lambda: mesh_panel.MeshPanel(obj))
+
+
+def check_assembly():
+    from . import assembly_panel
+
+    objects, whole = the_assembly()
+    return _open_panel(lambda: assembly_panel.AssemblyPanel(objects, whole))
 
 
 def look_inside(obj):
@@ -275,6 +295,14 @@ def _commands():
                 "Tsolid_HexBlocks", "Hexahedra for FEM: conforming, with nodes on the part's faces"
             ),
             "T, H", lambda: mesh(the_solid_or_mesh()),
+        ),
+        Command(
+            "Tsolid_Assembly", "tsolid_assembly",
+            QT_TRANSLATE_NOOP("Tsolid_Assembly", "Check assembly"),
+            QT_TRANSLATE_NOOP(
+                "Tsolid_Assembly", "Watertight contacts, gaps and clashes between parts"
+            ),
+            "T, A", check_assembly,
         ),
         Command(
             "Tsolid_Export", "tsolid_export",

@@ -218,9 +218,9 @@ def _write_csv(obj, path):
 
 
 def write_check(result, path):
-    """A check's rows, by the ending: .html, .json or .csv."""
+    """The rows of a check of a part or an assembly, by the ending: .html, .json or .csv."""
     suffix = os.path.splitext(path)[1].lower()
-    groups = rows.of_check(result)
+    groups, headline = rows.of_result(result)
     if suffix == ".csv":
         data = rows.csv_text(groups)
     elif suffix == ".json":
@@ -228,7 +228,7 @@ def write_check(result, path):
     elif suffix == ".html":
         from . import report_html
 
-        data = report_html.check_page(result, groups)
+        data = report_html.check_page(result, groups, headline)
     else:
         raise FileError("%s: the ending says the format, one of .csv, .html, .json" % path)
     try:

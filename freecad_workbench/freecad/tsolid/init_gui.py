@@ -15,6 +15,7 @@ TOOLBAR = (
     "Tsolid_LookInside",
     "Tsolid_Report",
     "Tsolid_HexBlocks",
+    "Tsolid_Assembly",
 )
 
 

@@ -7,21 +7,29 @@ groups: both are walked like any other tree.
 """
 
 
+MAX_DEPTH = 32
+
+
 class Member:
     """One solid. shape: in its place; name: unique in the assembly; obj, path: the top object and
     the path below it that select it in the tree (None, "" without a document); first: the number of
     the member whose geometry this one shares (its own when it is the first), placed by
-    `placement` relative to that geometry."""
+    `placement` relative to that geometry; first_face: how many faces of the object come before."""
 
-    def __init__(self, name, shape, obj=None, path=""):
+    def __init__(self, name, shape, obj=None, path="", first_face=0):
         self.name, self.shape = name, shape
         self.obj, self.path = obj, path
+        self.first_face = first_face
         self.first = None
         self.placement = shape.Placement
 
-    def face(self, number):
-        """FreeCAD's name of a face below `obj`."""
-        return "%sFace%d" % (self.path, number + 1)
+    def below(self, face):
+        """The name below `obj` that selects a face of this solid ("": the solid itself)."""
+        return self.path + self.of_object(face)
+
+    def of_object(self, face):
+        """The face's name in the object, which may hold several solids."""
+        return "Face%d" % (self.first_face + int(face[4:])) if face else ""
 
 
 def of_shape(shape, name="Solid"):
@@ -34,21 +42,41 @@ def of_shape(shape, name="Solid"):
 
 def of_document(doc):
     """All solids that the document shows at its top, or below containers."""
-    return of_objects([o for o in doc.Objects if not _parents(o)])
+    return of_objects(top_objects(doc))
+
+
+def top_objects(doc):
+    """The objects of a document that are not below others."""
+    return [o for o in doc.Objects if not _parents(o)]
 
 
 def of_objects(objects):
-    """The solids of document objects; what has none is passed over."""
+    """The solids of document objects, where their containers put them; what has none is passed
+    over."""
     found, names = [], set()
-    for obj in objects:
-        if obj.TypeId.startswith("App::Origin") or not _is_wanted(obj):
+    for inner in objects:
+        if inner.TypeId.startswith("App::Origin") or not _is_wanted(inner):
             continue
-        for path, label, shape in _leaves(obj, "", obj.Label, 0):
+        obj, start = _place_in_tree(inner)
+        for path, label, shape in _leaves(obj, start, inner.Label, 0):
             solids = shape.Solids
+            first_face = 0
             for k, solid in enumerate(solids, 1):
                 own = label if len(solids) == 1 else "%s.%d" % (label, k)
-                found.append(Member(_unique(own, names), solid, obj, path))
+                found.append(Member(_unique(own, names), solid, obj, path, first_face))
+                first_face += len(solid.Faces)
     return _grouped(found)
+
+
+def _place_in_tree(obj):
+    """(top, path) of an object inside containers, which may be moved; (itself, "") else."""
+    path, depth = "", 0
+    while depth < MAX_DEPTH:
+        above = [o for o in _parents(obj) if _is_container(o)]
+        if not above:
+            break
+        path, obj, depth = "%s.%s" % (obj.Name, path), above[0], depth + 1
+    return obj, path
 
 
 def _is_wanted(obj):
@@ -71,9 +99,6 @@ def _parents(obj):
     of Links that show their elements."""
     return [o for o in obj.InList
             if _is_container(o) or obj in getattr(o, "ElementList", ())]
-
-
-MAX_DEPTH = 32
 
 
 def _leaves(obj, path, label, depth):

@@ -32,39 +32,74 @@ def _patch_grids(boundary, side):
     return np.array(out), np.array(boxes)
 
 
+def _points(points, colour, size):
+    coordinates = coin.SoCoordinate3()
+    scene.fill(coordinates.point, np.array(points, np.float32).reshape(-1, 3))
+    style = coin.SoDrawStyle()
+    style.pointSize = size
+    drawn = coin.SoPointSet()
+    drawn.numPoints = len(points)
+    part = _plain(colour)
+    if colour == BAD:  # a violation inside or behind is to be seen as well
+        buffer = coin.SoDepthBuffer()
+        buffer.test = False
+        part.addChild(buffer)
+    for node in (style, coordinates, drawn):
+        part.addChild(node)
+    return part
+
+
+def _plain(colour):
+    light = coin.SoLightModel()
+    light.model = coin.SoLightModel.BASE_COLOR
+    base = coin.SoBaseColor()
+    base.rgb = colour
+    part = coin.SoSeparator()
+    part.addChild(light)
+    part.addChild(base)
+    return part
+
+
 def _offset(factor):
     node = coin.SoPolygonOffset()
     node.factor, node.units = factor, 2.0 * factor
     return node
 
 
-class Overlay:
-    """Drawn into one view; remove() takes all of it away."""
+class Drawn:
+    """Something drawn into one view that cannot be picked; remove() takes all of it away."""
 
-    def __init__(self, view, obj, result):
+    def __init__(self, view, name):
         self.graph = view.getSceneGraph()
         self.root = coin.SoSeparator()
-        self.root.setName("TsolidCheck")
+        self.root.setName(name)
         pick = coin.SoPickStyle()
         pick.style = coin.SoPickStyle.UNPICKABLE
         self.root.addChild(pick)
-        self.root.addChild(_placement(obj))
-        self.n_sides = self.n_isolines = self.n_corners = self.n_marks = 0
-        if result.satisfied:
-            for side in range(6):
-                self._side(result.boundary, side)
-            self._points(result.requirement["corner"], CORNER, 9.0)
-            self.n_corners = 8
-        marks = violation_points(result)
-        if marks:
-            self._points(marks, BAD, 13.0)
-            self.n_marks = len(marks)
         self.graph.addChild(self.root)
 
     def remove(self):
         if self.root is not None:
             self.graph.removeChild(self.root)
             self.root = None
+
+
+class Overlay(Drawn):
+    """The cube that a check has found in a part, or why there is none."""
+
+    def __init__(self, view, obj, result):
+        super().__init__(view, "TsolidCheck")
+        self.root.addChild(_placement(obj))
+        self.n_sides = self.n_isolines = self.n_corners = self.n_marks = 0
+        if result.satisfied:
+            for side in range(6):
+                self._side(result.boundary, side)
+            self.root.addChild(_points(result.requirement["corner"], CORNER, 9.0))
+            self.n_corners = 8
+        marks = violation_points(result)
+        if marks:
+            self.root.addChild(_points(marks, BAD, 13.0))
+            self.n_marks = len(marks)
 
     def _side(self, boundary, side):
         grids, boxes = _patch_grids(boundary, side)
@@ -110,62 +145,36 @@ class Overlay:
         scene.fill(drawn.numVertices, np.full(len(lines), lines.shape[1], np.int32))
         style = coin.SoDrawStyle()
         style.lineWidth = 4.0
-        part = self._plain(CORNER)
+        part = _plain(CORNER)
         for node in (style, coordinates, drawn):
             part.addChild(node)
         self.root.addChild(part)
         self.n_isolines += 0.5
 
-    def _points(self, points, colour, size):
-        coordinates = coin.SoCoordinate3()
-        scene.fill(coordinates.point, np.array(points, np.float32).reshape(-1, 3))
-        style = coin.SoDrawStyle()
-        style.pointSize = size
-        drawn = coin.SoPointSet()
-        drawn.numPoints = len(points)
-        part = self._plain(colour)
-        if colour == BAD:  # a violation inside or behind is to be seen as well
-            buffer = coin.SoDepthBuffer()
-            buffer.test = False
-            part.addChild(buffer)
-        for node in (style, coordinates, drawn):
-            part.addChild(node)
-        self.root.addChild(part)
 
-    @staticmethod
-    def _plain(colour):
-        light = coin.SoLightModel()
-        light.model = coin.SoLightModel.BASE_COLOR
-        base = coin.SoBaseColor()
-        base.rgb = colour
-        part = coin.SoSeparator()
-        part.addChild(light)
-        part.addChild(base)
-        return part
+class Points(Drawn):
+    """Red points in the coordinates of the document."""
+
+    def __init__(self, view, points):
+        super().__init__(view, "TsolidPoints")
+        self.root.addChild(_points(points, BAD, 13.0))
+        self.n_points = len(points)
 
 
-class Wires:
-    """Lines over a part, drawn into one view: points, and rows of indices that end with -1."""
+class Wires(Drawn):
+    """Lines over a part: points, and rows of indices that end with -1."""
 
     def __init__(self, view, obj, points, index):
-        self.graph = view.getSceneGraph()
-        self.root = Overlay._plain(CORNER)
-        self.root.setName("TsolidWires")
+        super().__init__(view, "TsolidWires")
         self.n_lines = int((index < 0).sum())
         coordinates = coin.SoCoordinate3()
         scene.fill(coordinates.point, points)
         lines = coin.SoIndexedLineSet()
         scene.fill(lines.coordIndex, index)
-        pick = coin.SoPickStyle()
-        pick.style = coin.SoPickStyle.UNPICKABLE
-        for node in (pick, _placement(obj), _offset(-1.0), coordinates, lines):
-            self.root.addChild(node)
-        self.graph.addChild(self.root)
-
-    def remove(self):
-        if self.root is not None:
-            self.graph.removeChild(self.root)
-            self.root = None
+        part = _plain(CORNER)
+        for node in (_placement(obj), _offset(-1.0), coordinates, lines):
+            part.addChild(node)
+        self.root.addChild(part)
 
 
 def _placement(obj):

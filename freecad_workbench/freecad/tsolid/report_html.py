@@ -449,7 +449,7 @@ def page(report, pictures, title):
     return "\n".join(parts)
 
 
-def check_page(result, groups):
+def check_page(result, groups, headline):
     """The page of a check alone: rows as the panel has them."""
     title = "%s: check" % (result.name or "part")
     from . import rows
@@ -459,8 +459,7 @@ def check_page(result, groups):
     parts.append("<title>%s</title>" % _text(title))
     parts.append("<style>%s</style></head><body>" % STYLE)
     parts.append("<h1>%s</h1>" % _text(title))
-    headline = _text(rows.headline_of_check(result))
-    parts.append('<div class="verdict %s"><strong>%s</strong></div>' % (kind, headline))
+    parts.append('<div class="verdict %s"><strong>%s</strong></div>' % (kind, _text(headline)))
     for group in groups:
         cells = [row.cells() + ("" if row.point is None else _place(row.point),)
                  for row in group.rows]

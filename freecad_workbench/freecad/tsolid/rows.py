@@ -236,6 +236,75 @@ def _rank(b, kind):
     return Row(what, "", value, least, OK if value > least else BAD)
 
 
+# ---- assemblies ----------------------------------------------------------------------------------
+
+_CONTACTS = {
+    "exact": tr("one surface: same functions and control points"),
+    "geometric": tr("one surface, after exact refinement"),
+    "partial": tr("one surface, in part"),
+    "coincident": tr("on each other within the tolerance"),
+    "near": tr("gap"),
+}
+_CLASHES = {
+    "overlap": tr("parts penetrate each other"),
+    "inside": tr("a part lies inside another"),
+    "twice": tr("the same part twice in the same place"),
+    "self": tr("a part touches itself"),
+}
+
+
+def of_assembly(result):
+    """Groups of an assemblies.AssemblyResult; rows know what to select (part, face) in `items`."""
+    out = []
+    if result.clashes:
+        out.append(Group(tr("Clashes"), [_clash(result, c) for c in result.clashes]))
+    gaps = [i for i in result.interfaces if not i.tight]
+    if gaps:
+        out.append(Group(tr("Gaps between parts"), [_interface(result, i) for i in gaps]))
+    tight = [i for i in result.interfaces if i.tight]
+    if tight:
+        out.append(Group(tr("Conformal contact faces"), [_interface(result, i) for i in tight]))
+    out.append(Group(tr("Parts"), [_part(result, k) for k in range(len(result.parts))]))
+    free = [_with_items(Row(tr("free face"), "%s %s" % (result.parts[k].name, face)), (k, face))
+            for k, face in result.free]
+    if free:
+        out.append(Group(tr("Free faces"), free))
+    return out
+
+
+def _with_items(row, *items):
+    row.items = items
+    return row
+
+
+def _interface(result, i):
+    row = Row(_CONTACTS[i.kind], result.where(i), i.gap, 0.0 if not i.tight else None,
+              OK if i.tight else BAD, i.point)
+    return _with_items(row, *zip(i.parts, i.faces))
+
+
+def _clash(result, c):
+    row = Row(_CLASHES[c.kind], result.where(c), c.volume, None, BAD, c.point)
+    return _with_items(row, *((k, "") for k in c.parts))
+
+
+def _part(result, k):
+    why = result.refused.get(k)
+    name = result.parts[k].name
+    if why:
+        row = Row(tr("cannot become hex blocks") + ": " + str(why[0]), name, None, None, NOTE)
+    else:
+        row = Row(tr("can become hex blocks"), name)
+    return _with_items(row, (k, ""))
+
+
+def of_result(result):
+    """Groups and headline of a check of either kind."""
+    if hasattr(result, "interfaces"):
+        return of_assembly(result), result.headline()
+    return of_check(result), headline_of_check(result)
+
+
 # ---- out of the window ---------------------------------------------------------------------------
 
 

@@ -57,6 +57,17 @@
   </message>
  </context>
  <context>
+  <name>Tsolid_Assembly</name>
+  <message>
+   <source>Check assembly</source>
+   <translation>Baugruppe prüfen</translation>
+  </message>
+  <message>
+   <source>Watertight contacts, gaps and clashes between parts</source>
+   <translation>Wasserdichte Kontakte, Spalte und Durchdringungen zwischen Teilen</translation>
+  </message>
+ </context>
+ <context>
   <name>Tsolid_Build</name>
   <message>
    <source>Build</source>
@@ -189,6 +200,10 @@
    <translation>%s ist leer: bitte neu berechnen oder einen Körper auswählen.</translation>
   </message>
   <message>
+   <source>%s is not a length</source>
+   <translation>%s ist keine Länge</translation>
+  </message>
+  <message>
    <source>%s is not a number</source>
    <translation>%s ist keine Zahl</translation>
   </message>
@@ -211,6 +226,10 @@
   <message>
    <source>Allowed</source>
    <translation>Erlaubt</translation>
+  </message>
+  <message>
+   <source>An assembly has two solids or more: %d found. Select them, or nothing to take all.</source>
+   <translation>Eine Baugruppe hat mindestens zwei Volumenkörper: %d gefunden. Diese auswählen, oder nichts, um alle zu nehmen.</translation>
   </message>
   <message>
    <source>Bezier hexahedra</source>
@@ -249,8 +268,16 @@
    <translation>Prüfen</translation>
   </message>
   <message>
+   <source>Check assembly</source>
+   <translation>Baugruppe prüfen</translation>
+  </message>
+  <message>
    <source>Checking the faces</source>
    <translation>Flächen werden geprüft</translation>
+  </message>
+  <message>
+   <source>Clashes</source>
+   <translation>Durchdringungen</translation>
   </message>
   <message>
    <source>Click one in the view</source>
@@ -325,12 +352,28 @@
    <translation>Flächen</translation>
   </message>
   <message>
+   <source>Faces that are no farther apart are reported, in millimetres</source>
+   <translation>Flächen, die höchstens so weit auseinander sind, werden gemeldet, in Millimetern</translation>
+  </message>
+  <message>
    <source>Filling the part</source>
    <translation>Das Teil wird gefüllt</translation>
   </message>
   <message>
    <source>Finish what is open in the task panel first.</source>
    <translation>Bitte zuerst beenden, was im Aufgabenbereich offen ist.</translation>
+  </message>
+  <message>
+   <source>Free faces</source>
+   <translation>Freie Flächen</translation>
+  </message>
+  <message>
+   <source>Gaps between parts</source>
+   <translation>Spalte zwischen Teilen</translation>
+  </message>
+  <message>
+   <source>Gaps up to</source>
+   <translation>Spalte bis</translation>
   </message>
   <message>
    <source>Grading</source>
@@ -393,6 +436,10 @@
    <translation>Vernetzt</translation>
   </message>
   <message>
+   <source>No parts touch.</source>
+   <translation>Keine Teile berühren sich.</translation>
+  </message>
+  <message>
    <source>Nodes</source>
    <translation>Knoten</translation>
   </message>
@@ -413,6 +460,10 @@
    <translation>Ungültig (%s): diesen Volumenkörper nicht verwenden.</translation>
   </message>
   <message>
+   <source>Not watertight: gaps of up to %.6g.</source>
+   <translation>Nicht wasserdicht: Spalte bis zu %.6g.</translation>
+  </message>
+  <message>
    <source>Notes</source>
    <translation>Hinweise</translation>
   </message>
@@ -431,6 +482,10 @@
   <message>
    <source>Parts</source>
    <translation>Teile</translation>
+  </message>
+  <message>
+   <source>Parts penetrate each other: %d clashes.</source>
+   <translation>Teile durchdringen sich: %d Durchdringungen.</translation>
   </message>
   <message>
    <source>Peel off layers</source>
@@ -631,6 +686,10 @@ und FreeCAD neu starten.</translation>
    <translation>Wasserdicht und wie ein Würfel</translation>
   </message>
   <message>
+   <source>Watertight: %d contacts, %d of them proved to be one surface.</source>
+   <translation>Wasserdicht: %d Kontakte, davon %d bewiesen als eine Fläche.</translation>
+  </message>
+  <message>
    <source>Web page</source>
    <translation>Webseite</translation>
   </message>
@@ -653,6 +712,18 @@ und FreeCAD neu starten.</translation>
   <message>
    <source>Yes: this part can become hex blocks.</source>
    <translation>Ja: aus diesem Teil können Hexaederblöcke werden.</translation>
+  </message>
+  <message>
+   <source>a hundredth of the smaller part</source>
+   <translation>ein Hundertstel des kleineren Teils</translation>
+  </message>
+  <message>
+   <source>a part lies inside another</source>
+   <translation>ein Teil liegt in einem anderen</translation>
+  </message>
+  <message>
+   <source>a part touches itself</source>
+   <translation>ein Teil berührt sich selbst</translation>
   </message>
   <message>
    <source>a twentieth of the part</source>
@@ -691,6 +762,14 @@ und FreeCAD neu starten.</translation>
    <translation>bestes, was die Flächen des Teils zulassen</translation>
   </message>
   <message>
+   <source>can become hex blocks</source>
+   <translation>kann Hexaederblöcke werden</translation>
+  </message>
+  <message>
+   <source>cannot become hex blocks</source>
+   <translation>kann keine Hexaederblöcke werden</translation>
+  </message>
+  <message>
    <source>control points of the faces kept bit for bit</source>
    <translation>Kontrollpunkte der Flächen Bit für Bit erhalten</translation>
   </message>
@@ -711,8 +790,16 @@ und FreeCAD neu starten.</translation>
    <translation>gefaltet</translation>
   </message>
   <message>
+   <source>free face</source>
+   <translation>freie Fläche</translation>
+  </message>
+  <message>
    <source>functions</source>
    <translation>Funktionen</translation>
+  </message>
+  <message>
+   <source>gap</source>
+   <translation>Spalt</translation>
   </message>
   <message>
    <source>hex blocks</source>
@@ -755,8 +842,28 @@ und FreeCAD neu starten.</translation>
    <translation>in Ordnung</translation>
   </message>
   <message>
+   <source>on each other within the tolerance</source>
+   <translation>aufeinander innerhalb der Toleranz</translation>
+  </message>
+  <message>
    <source>one piece</source>
    <translation>ein Stück</translation>
+  </message>
+  <message>
+   <source>one surface, after exact refinement</source>
+   <translation>eine Fläche, nach exakter Verfeinerung</translation>
+  </message>
+  <message>
+   <source>one surface, in part</source>
+   <translation>teilweise eine Fläche</translation>
+  </message>
+  <message>
+   <source>one surface: same functions and control points</source>
+   <translation>eine Fläche: gleiche Funktionen und Kontrollpunkte</translation>
+  </message>
+  <message>
+   <source>parts penetrate each other</source>
+   <translation>Teile durchdringen sich</translation>
   </message>
   <message>
    <source>refused</source>
@@ -773,6 +880,10 @@ und FreeCAD neu starten.</translation>
   <message>
    <source>smallest proved bound of det J</source>
    <translation>kleinste bewiesene Schranke von det J</translation>
+  </message>
+  <message>
+   <source>the same part twice in the same place</source>
+   <translation>dasselbe Teil zweimal am selben Ort</translation>
   </message>
   <message>
    <source>the size must be a positive length</source>
