@@ -193,10 +193,13 @@ def load(doc, analysis, obj):
 def solve(doc, analysis):
     """By the tools that FreeCAD's own panel calls; the bar is stretched as by hand: 1 kN on
     80 mm^2 of steel over 40 mm."""
+    import ObjectsFem
     from femtools import ccxtools
 
-    solvers = [o for o in analysis.Group if o.isDerivedFrom("Fem::FemSolverObjectPython")]
-    solver = solvers[0]
+    # FreeCAD before 1.1 gives an analysis its solver, and spells it otherwise
+    make = getattr(ObjectsFem, "makeSolverCalculiXCcxTools", None)
+    solver = (make or ObjectsFem.makeSolverCalculixCcxTools)(doc)
+    analysis.addObject(solver)
     solver.GeometricalNonlinearity, solver.MatrixSolverType = "linear", "default"
     with tempfile.TemporaryDirectory() as folder:
         run = ccxtools.FemToolsCcx(analysis, solver, test_mode=False)
