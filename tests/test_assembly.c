@@ -334,6 +334,157 @@ static void check_copies(tsolid_context *context) {
   scene_free(&s);
 }
 
+/* ---- construction ------------------------------------------------------------------------------
+ */
+
+/* The start over a part's prepared boundary. */
+static tsolid_solid *build_part(tsolid_context *context, const tsolid_assembly *assembly, int k) {
+  const tsolid_boundary_input *input = tsolid_assembly_boundary_input(assembly, k);
+  tsolid_boundary *boundary = NULL;
+  tsolid_tmesh *tmesh = NULL;
+  tsolid_space *space = NULL;
+  tsolid_solid *solid = NULL;
+  CHECK(input != NULL);
+  if (!CHECK(tsolid_boundary_create(context, input, NULL, NULL, &boundary) == TSOLID_OK &&
+             tsolid_tmesh_create(context, boundary, NULL, &tmesh) == TSOLID_OK &&
+             tsolid_space_create(context, boundary, tmesh, &space) == TSOLID_OK &&
+             tsolid_solid_create(context, space, &solid) == TSOLID_OK))
+    show_findings(context);
+  tsolid_space_free(space);
+  tsolid_tmesh_free(tmesh);
+  tsolid_boundary_free(boundary);
+  return solid;
+}
+
+/* Builds all parts: every common contact has the same functions; in one frame the same bits. */
+static void check_joined(tsolid_context *context, const tsolid_assembly *assembly, int one_frame,
+                         double most_ulp) {
+  static const tsolid_solid *solid[MOST_PARTS];
+  tsolid_assembly *joined = NULL;
+  tsolid_assembly_view view;
+  tsolid_assembly_get(assembly, &view);
+  for (int k = 0; k < view.n_parts; k++)
+    solid[k] =
+        view.part[k].copy_of == k ? build_part(context, assembly, k) : solid[view.part[k].copy_of];
+  CHECK(tsolid_assembly_join(context, assembly, view.n_parts, solid, &joined) == TSOLID_OK);
+  int n_functions = 0, n_bits = 0;
+  for (int k = 0; joined && k < view.n_interfaces; k++) {
+    tsolid_assembly_get(joined, &view);
+    const tsolid_interface *c = &view.interface[k];
+    n_functions += c->same_functions == 1;
+    n_bits += c->same_bits == 1;
+    if (one_frame)
+      CHECK(c->gap_after == 0.0);
+    CHECK(c->ulp_after <= most_ulp);
+    for (int i = 0; i < 9; i++) { /* both sides' own parameters lead to the same bits */
+      double s_t[2] = {(i % 3) * 0.375, (i / 3) * 0.25}, x[2][3];
+      int done = 1;
+      for (int side = 0; side < 2; side++) {
+        double p[2] = {s_t[0], s_t[1]};
+        if (side && c->code & 4) {
+          p[0] = s_t[1];
+          p[1] = s_t[0];
+        }
+        for (int d = 0; d < 2; d++) {
+          if (side && c->code >> d & 1)
+            p[d] = 1.0 - p[d];
+          p[d] = c->box[side][2 * d] + p[d] * (c->box[side][2 * d + 1] - c->box[side][2 * d]);
+        }
+        done &=
+            tsolid_assembly_evaluate(context, joined, k, side, p[0], p[1], x[side]) == TSOLID_OK;
+      }
+      CHECK(done);
+      if (done && one_frame && c->kind == TSOLID_CONTACT_EXACT)
+        CHECK(memcmp(x[0], x[1], sizeof x[0]) == 0);
+    }
+  }
+  CHECK(n_functions == view.n_interfaces);
+  if (one_frame)
+    CHECK(n_bits == view.n_interfaces);
+  if (n_functions != view.n_interfaces || n_bits != view.n_interfaces)
+    printf("%d contacts, %d the same functions, %d the same bits\n", view.n_interfaces, n_functions,
+           n_bits);
+  tsolid_assembly_free(joined);
+  for (int k = 0; k < view.n_parts; k++)
+    if (k == 0 || solid[k] != solid[k - 1])
+      tsolid_solid_free((tsolid_solid *)(size_t)solid[k]);
+}
+
+/* Neighbours' knots that differ, degrees that differ, one of the two rational: rows are refined and
+ * degrees raised all over, and both sides stay one. */
+static void check_construction(tsolid_context *context) {
+  for (int kind = 0; kind < 6; kind++) {
+    tsolid_assembly_view view;
+    block a = plain_block(0, 0, 0, kind < 2 ? 0.07 : 0.0, 3, 2);
+    block b = plain_block(1, 0, 0, kind < 2 ? 0.07 : 0.0, 3, 2);
+    a.rational = b.rational = kind == 1;
+    if (kind == 2 || kind == 3) /* other degrees and knots, shared surface plane and linear */
+      for (int d = 0; d < 3; d++)
+        b.axis[d] = plain_axis(d + 1, kind == 3 ? 2 - d : d);
+    if (kind == 4) { /* x-knots differ: not seen on the contact */
+      a.axis[0] = plain_axis(4, 3);
+      b.axis[0] = plain_axis(2, 0);
+    }
+    scene_add_block(&s, &a);
+    scene_add_block(&s, &b);
+    if (kind == 5) { /* a top face with knots of its own */
+      block c = plain_block(0, 0, 0, 0.0, 3, 5);
+      part other = make_block(&c);
+      tsolid_patch swap = s.part[0].patch[5];
+      s.part[0].patch[5] = other.patch[5];
+      other.patch[5] = swap;
+      part_free(&other);
+    }
+    for (int again = 0; again < 2; again++) {
+      for (int k = 0; again && k < 2; k++)
+        rewrite(&s, k);
+      tsolid_assembly *assembly = match(context, 0.0, &view);
+      CHECK(view.n_interfaces == 1);
+      check_joined(context, assembly, 1, 16.0);
+      tsolid_assembly_free(assembly);
+    }
+    scene_free(&s);
+  }
+}
+
+/* A ring and a T with shared edges and corners, a wall with partial contacts. */
+static void check_built_walls(tsolid_context *context) {
+  for (int kind = 0; kind < 4; kind++) {
+    tsolid_assembly_view view;
+    static const double shift[4][2] = {{0.0, 0.0}, {0.5, 0.0}, {0.5, 0.25}, {1.0 / 3, 0.0}};
+    build_wall(2, 2, 2, shift[kind][0], shift[kind][1], kind ? 0.0 : 0.06, 2, kind & 1);
+    for (int k = 0; k < s.n; k++)
+      if (kind != 1)
+        rewrite(&s, k);
+    tsolid_assembly *assembly = match(context, 0.0, &view);
+    check_joined(context, assembly, 1, 16.0);
+    tsolid_assembly_free(assembly);
+    scene_free(&s);
+  }
+}
+
+/* Copies: converted once; the same functions, a few ulp. */
+static void check_built_copies(tsolid_context *context) {
+  static double placement[6][12];
+  tsolid_assembly_view view;
+  block b = plain_block(0, 0, 0, 0.0, 2, 1);
+  b.axis[1] = plain_axis(3, 0);
+  scene_add_block(&s, &b);
+  for (int k = 1; k < 6; k++) {
+    s.member[k] = s.member[0];
+    for (int i = 0; i < 12; i++)
+      placement[k][i] = i % 5 == 0;
+    placement[k][3] = k;
+    s.member[k].placement = placement[k];
+  }
+  s.input.n_parts = 6;
+  tsolid_assembly *assembly = match(context, 0.0, &view);
+  CHECK(view.n_interfaces == 5);
+  check_joined(context, assembly, 0, 16.0);
+  tsolid_assembly_free(assembly);
+  scene_free(&s);
+}
+
 /* n log n: twice the parts take little more than twice the time. */
 static void check_times(tsolid_context *context) {
   static const int n[3] = {25, 100, 400};
@@ -392,6 +543,9 @@ int main(void) {
   check_walls(context);
   check_blocks(context);
   check_copies(context);
+  check_construction(context);
+  check_built_walls(context);
+  check_built_copies(context);
   check_times(context);
   check_memory();
   tsolid_context_free(context);

@@ -143,6 +143,62 @@ class AssemblyTest(unittest.TestCase):
         report = self.report_of({"outer": outer, "tiny": tiny})
         self.assertIn("units", report["findings"][0]["text"])
 
+    def build(self, parts, *options):
+        path = os.path.join(self.folder, "report.json")
+        run = self.run_command("--report", path, "-o", self.folder, "--effort", "quick", *options,
+                               *self.write(parts))
+        with open(path, encoding="utf-8") as stream:
+            report = json.load(stream)
+        self.validator.validate(report)
+        return run, report
+
+    def test_construction(self):
+        draw = random.Random(11)
+        for name in ("pair_refined", "ring"):
+            parts = {part: shuffled(patches, draw).patches
+                     for part, patches in ASSEMBLIES[name]().items()}
+            run, report = self.build(parts)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+            for contact in report["interfaces"]:
+                self.assertTrue(contact["same_functions"] and contact["same_bits"], contact)
+                self.assertEqual(contact["gap_after"], 0)
+                self.assertLess(contact["ulp_after"], 32)
+            for part in parts:
+                solid = os.path.join(self.folder, part + ".tsolid")
+                again = subprocess.run([COMMAND, "report", solid], stdout=subprocess.DEVNULL)
+                self.assertEqual(again.returncode, 0)
+
+    def test_a_part_that_cannot_be_built(self):
+        parts = ASSEMBLIES["ring"]()
+        del parts["east"][1]
+        run, report = self.build(parts)
+        self.assertEqual(run.returncode, 1)
+        self.assertEqual(report["verdict"], "incomplete")
+        self.assertIn("No solid of east", run.stderr)
+        self.assertTrue(os.path.exists(os.path.join(self.folder, "west.tsolid")))
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "east.tsolid")))
+        known = [c["same_bits"] for c in report["interfaces"] if "east" not in c["parts"]]
+        self.assertEqual(known, [True] * 2)
+
+    def test_binding_builds(self):
+        context = binding.Context()
+        made = ASSEMBLIES["pair_refined"]()
+        sources = [[binding_patch(p) for p in made[name]] for name in ("left", "right")]
+        assembly = Assembly.create(context, list(zip(("left", "right"), sources)))
+        solids = []
+        for k, source in enumerate(sources):
+            boundary = assembly.boundary(context, k, source)
+            tmesh = binding.TMesh.create(context, boundary)
+            space = binding.Space.create(context, boundary, tmesh)
+            solids.append(binding.Solid.create(context, space))
+        joined = assembly.joined(context, solids)
+        self.assertEqual([c["same_bits"] for c in joined.interfaces], [1])
+        contact = joined.interfaces[0]
+        self.assertEqual(contact["code"], 0)
+        for p, q in ((0, 0), (0.3, 0.7), (1, 0.1)):
+            sides = [joined.evaluate(context, 0, side, p, q) for side in (0, 1)]
+            self.assertEqual(sides[0], sides[1])
+
     def test_gap_option(self):
         parts = ASSEMBLIES["pair_gap_0.1"]()
         self.assertEqual(self.report_of(parts, "--gap", "0.01")["totals"]["near"], 0)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
  * tsolid assembly: the contacts of several boundaries. */
-#include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -23,7 +23,8 @@ static const char help[] =
 enum { TARGET_REPORT, N_TARGETS };
 
 typedef struct job {
-  int n_files, check_only;
+  int n_files, check_only, n_threads, effort;
+  const char *folder;
   const char **file, *path[N_TARGETS];
   tsolid_assembly_options options;
   cli_target target[N_TARGETS];
@@ -31,12 +32,19 @@ typedef struct job {
   cli_input *input;
   tsolid_part *part;
   char (*name)[256];
-  tsolid_assembly *assembly;
-  int n_unread;
+  tsolid_assembly *assembly, *joined;
+  const tsolid_solid **solid; /* per part; copies have their prototype's */
+  int n_unread, n_unproved;
 } job;
+
+static const char *const effort_names[] = {"default", "none", "quick", "thorough", NULL};
 
 static int parse(job *j, int argc, char **argv) {
   const cli_option table[] = {{"--check-only", CLI_FLAG, &j->check_only, 0, 0, NULL},
+                              {"-o", CLI_TEXT, &j->folder, 0, 0, NULL},
+                              {"--output", CLI_TEXT, &j->folder, 0, 0, NULL},
+                              {"--effort", CLI_CHOICE, &j->effort, 0, 0, effort_names},
+                              {"--threads", CLI_COUNT, &j->n_threads, 0, 256, NULL},
                               {"--gap", CLI_NUMBER, &j->options.gap, 0, 0, NULL},
                               {"--report", CLI_TEXT, &j->path[TARGET_REPORT], 0, 0, NULL},
                               {"--tolerance", CLI_NUMBER, &j->options.tolerance, 0, 0, NULL},
@@ -85,12 +93,105 @@ static tsolid_status match(job *j) {
   return status;
 }
 
+/* ---- the solids --------------------------------------------------------------------------------
+ */
+
+static tsolid_status build_solid(job *j, const tsolid_boundary_input *input, tsolid_solid **solid) {
+  tsolid_boundary_options boundary_options = {.tolerance = j->options.tolerance};
+  tsolid_solid_options solid_options = {.effort = j->effort};
+  tsolid_boundary *boundary = NULL;
+  tsolid_tmesh *tmesh = NULL;
+  tsolid_space *space = NULL;
+  tsolid_solid *start = NULL;
+  tsolid_status status =
+      tsolid_boundary_create(j->context, input, &boundary_options, NULL, &boundary);
+  if (status == TSOLID_OK)
+    status = tsolid_tmesh_create(j->context, boundary, NULL, &tmesh);
+  if (status == TSOLID_OK)
+    status = tsolid_space_create(j->context, boundary, tmesh, &space);
+  if (status == TSOLID_OK)
+    status = tsolid_solid_create(j->context, space, &start);
+  if (status == TSOLID_OK)
+    status = tsolid_solid_optimise(j->context, start, &solid_options, solid);
+  tsolid_solid_free(start);
+  tsolid_space_free(space);
+  tsolid_tmesh_free(tmesh);
+  tsolid_boundary_free(boundary);
+  return status;
+}
+
+static tsolid_status write_solid(job *j, const char *name, const tsolid_solid *solid) {
+  char path[CLI_PATH_SIZE];
+  if (!j->folder)
+    return TSOLID_OK;
+  if (snprintf(path, sizeof path, "%s/%s.tsolid", j->folder, name) >= (int)sizeof path)
+    return TSOLID_ERROR_IO;
+  return tsolid_write_tsolid(j->context, solid, path);
+}
+
+/* One solid per prototype; a part that fails is told and left out. */
+static tsolid_status build_part(job *j, const tsolid_assembly_view *view, int k) {
+  const tsolid_part_facts *facts = &view->part[k];
+  tsolid_certificate certificate;
+  tsolid_solid *solid = NULL;
+  if (facts->status != TSOLID_OK)
+    return TSOLID_OK;
+  if (facts->copy_of != k) {
+    j->solid[k] = j->solid[facts->copy_of];
+    return TSOLID_OK;
+  }
+  const tsolid_boundary_input *input = tsolid_assembly_boundary_input(j->assembly, k);
+  tsolid_status status = build_solid(j, input ? input : j->part[k].boundary, &solid);
+  if (status == TSOLID_OK)
+    status = tsolid_certify(j->context, solid, NULL, &certificate, NULL);
+  if (status == TSOLID_OK) {
+    j->n_unproved += certificate.verdict != TSOLID_POSITIVE;
+    if (certificate.verdict != TSOLID_POSITIVE)
+      printf("Not proved    %s\n", facts->name);
+    status = write_solid(j, facts->name, solid);
+  }
+  if (status == TSOLID_OK) {
+    j->solid[k] = solid;
+    return status;
+  }
+  tsolid_solid_free(solid);
+  if (status == TSOLID_ERROR_MEMORY || status == TSOLID_ERROR_CANCELLED)
+    return status;
+  cli_error("No solid of %s; the other parts are done", facts->name);
+  return TSOLID_OK;
+}
+
+static tsolid_status build(job *j) {
+  tsolid_assembly_view view;
+  tsolid_status status = TSOLID_OK;
+  tsolid_assembly_get(j->assembly, &view);
+  for (int k = 0; status == TSOLID_OK && k < j->n_files; k++)
+    status = build_part(j, &view, k);
+  if (status == TSOLID_OK)
+    status = tsolid_assembly_join(j->context, j->assembly, j->n_files, j->solid, &j->joined);
+  return status;
+}
+
+static void free_solids(job *j) {
+  for (int k = 0; k < j->n_files; k++) {
+    int first = 1;
+    for (int i = 0; i < k; i++)
+      first = first && j->solid[i] != j->solid[k];
+    if (first)
+      tsolid_solid_free((tsolid_solid *)(uintptr_t)j->solid[k]);
+  }
+}
+
+/* ---- driver ------------------------------------------------------------------------------------
+ */
+
 static tsolid_status write_report(job *j) {
   char *json = NULL;
   cli_target *target = &j->target[TARGET_REPORT];
   if (!target->path)
     return TSOLID_OK;
-  tsolid_status status = tsolid_assembly_json(j->context, j->assembly, &json);
+  tsolid_status status =
+      tsolid_assembly_json(j->context, j->joined ? j->joined : j->assembly, &json);
   if (status == TSOLID_OK &&
       (!cli_write_text(json, target->staged) || !cli_targets_commit(target, 1)))
     status = TSOLID_ERROR_IO;
@@ -114,14 +215,20 @@ static int run(job *j) {
   int code = CLI_FAILED;
   tsolid_assembly_view view;
   tsolid_status status = match(j);
+  if (status == TSOLID_OK && !j->check_only)
+    status = build(j);
   if (status == TSOLID_OK) {
-    tsolid_assembly_get(j->assembly, &view);
+    tsolid_assembly_get(j->joined ? j->joined : j->assembly, &view);
     code = verdict_code(&view);
+    if (code == CLI_PROVED && j->n_unproved)
+      code = CLI_NOT_PROVED;
     status = write_report(j);
   }
   if (status == TSOLID_OK)
     cli_print_assembly(&view);
+  tsolid_assembly_free(j->joined);
   tsolid_assembly_free(j->assembly);
+  free_solids(j);
   for (int k = 0; k < j->n_files; k++)
     cli_input_free(&j->input[k]);
   fflush(stdout);
@@ -136,18 +243,20 @@ int cli_assembly(int argc, char **argv) {
   j.input = calloc(room, sizeof *j.input);
   j.part = calloc(room, sizeof *j.part);
   j.name = calloc(room, sizeof *j.name);
-  if (!j.file || !j.input || !j.part || !j.name)
+  j.solid = calloc(room, sizeof *j.solid);
+  if (!j.solid || !j.file || !j.input || !j.part || !j.name)
     cli_error("Out of memory");
   else
     code = parse(&j, argc, argv);
   if (code < 0) {
     code = CLI_FAILED;
     if (cli_targets_open(j.target, j.path, N_TARGETS, NULL)) {
-      j.context = cli_open(0);
+      j.context = cli_open(j.n_threads);
       if (j.context)
         code = run(&j);
     }
   }
+  free((void *)j.solid);
   free(j.name);
   free(j.part);
   free(j.input);

@@ -245,6 +245,8 @@ typedef struct tsolid_patch {
   double border_tolerance[4];       /* B-rep tolerance of each border; 0: the option's */
   const tsolid_tspline *tspline;    /* NULL: not this form */
   const tsolid_bezier_side *bezier; /* the same */
+  int fixed; /* not 0: where borders are snapped together, this patch's control points stand: it is
+                shared with another part (see tsolid_assembly_boundary_input) */
 } tsolid_patch;
 
 /* Border border[0] of patch[0] and border[1] of patch[1], where the surface is meant to be smooth:
@@ -792,6 +794,27 @@ TSOLID_API tsolid_status tsolid_assembly_create(tsolid_context *context,
                                                 tsolid_assembly **assembly);
 TSOLID_API void tsolid_assembly_free(tsolid_assembly *assembly);
 TSOLID_API void tsolid_assembly_get(const tsolid_assembly *assembly, tsolid_assembly_view *view);
+/* The boundary of a part to give to tsolid_boundary_create, made ready so that both sides of every
+ * exact, geometric and partial contact end up with the same functions and, in one frame, the same
+ * control points: degrees raised, knots inserted (both exact), weights scaled by constants, control
+ * points moved by no more than the tolerance. Valid as long as the handle. NULL: as it was given
+ * (parts with T-spline or Bezier patches, copies: their prototype's). */
+TSOLID_API const tsolid_boundary_input *
+tsolid_assembly_boundary_input(const tsolid_assembly *assembly, int part);
+/* The same assembly after the construction: solid[k] of part k, made of its input as above; copies
+ * have their prototype's (the same pointer), parts that could not be done NULL. Every common
+ * contact gets a record: one stored net of control points, weights and knots that both sides refer
+ * to. Fills same_functions, same_bits, gap_after, ulp_after. */
+TSOLID_API tsolid_status tsolid_assembly_join(tsolid_context *context,
+                                              const tsolid_assembly *assembly, int n_parts,
+                                              const tsolid_solid *const *solid,
+                                              tsolid_assembly **joined);
+/* A contact's point by its record: (p,q) in [0,1]^2 of the patch of one side (0, 1), as in
+ * tsolid_interface. In one frame both sides get the same bits at the same point of the record.
+ * TSOLID_ERROR_ARGUMENT where there is no record or (p,q) is outside of the contact. */
+TSOLID_API tsolid_status tsolid_assembly_evaluate(tsolid_context *context,
+                                                  const tsolid_assembly *assembly, int interface,
+                                                  int side, double p, double q, double point[3]);
 /* The assembly's report as one JSON document (resources/assembly.schema.json), to be freed by
  * tsolid_release. */
 TSOLID_API tsolid_status tsolid_assembly_json(tsolid_context *context,

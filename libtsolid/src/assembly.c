@@ -34,6 +34,14 @@ void tsolid_assembly_get(const tsolid_assembly *assembly, tsolid_assembly_view *
   *view = assembly->view;
 }
 
+const tsolid_boundary_input *tsolid_assembly_boundary_input(const tsolid_assembly *assembly,
+                                                            int part) {
+  if (!assembly || part < 0 || part >= assembly->n_parts || !assembly->prepared)
+    return NULL;
+  const tsolid_boundary_input *input = &assembly->prepared[assembly->part[part].prototype];
+  return input->patches ? input : NULL;
+}
+
 /* ---- pairs -------------------------------------------------------------------------------------
  */
 
@@ -286,6 +294,8 @@ tsolid_status tsolid_assembly_create(tsolid_context *context, const tsolid_assem
     status = tsi_assembly_find_clashes(context, made);
   if (!status)
     status = tsi_assembly_total(context, made);
+  if (!status)
+    status = tsi_assembly_prepare(context, made);
   if (!status) {
     tell_clashes(context, made);
     status = tsi_progress(context, stage, 1.0);

@@ -19,6 +19,8 @@ typedef struct tsi_skin {
   int part, number; /* of the part's input */
   int refinable;    /* given as NURBS patch */
   tsi_patch patch;
+  tsi_patch own;       /* the same in the part's own frame */
+  tsolid_patch source; /* names and tolerances of the input, copied */
   int n_grid[2];       /* points on the surface, at least 2 x 2, */
   double *at[2];       /* at these parameters: */
   double (*grid)[3];   /* (i, j) at i + n_grid[0] * j; triangles between them */
@@ -49,6 +51,8 @@ typedef struct tsi_member { /* a part */
   int *triangle;       /* 3 turned points each */
   double (*turned)[3];
   int n_triangles;
+  int n_smooth;
+  tsolid_smooth_seam *smooth;
 } tsi_member;
 
 /* A contact of two skins, first[0] < ... as found; `view` is what the header shows. */
@@ -58,9 +62,9 @@ typedef struct tsi_contact {
   tsolid_interface view;
 } tsi_contact;
 
-/* The common net of a contact. */
+/* The common net of a contact, in the contact's orientation. */
 typedef struct tsi_record {
-  tsi_patch net; /* n[0] = 0: none */
+  tsi_patch net[2]; /* n[0] = 0: none; the second for contacts of different frames */
 } tsi_record;
 
 struct tsolid_assembly {
@@ -144,5 +148,11 @@ void tsi_contact_map(const tsolid_interface *contact, int side, double s, double
 
 tsolid_status tsi_assembly_find_clashes(tsolid_context *context, tsolid_assembly *assembly);
 tsolid_status tsi_assembly_total(tsolid_context *context, tsolid_assembly *assembly);
+
+/* ---- assembly_spaces.c, assembly_join.c ---------------------------------------------------------
+ */
+
+/* Fills assembly->prepared. */
+tsolid_status tsi_assembly_prepare(tsolid_context *context, tsolid_assembly *assembly);
 
 #endif

@@ -280,7 +280,7 @@ static int match_whole(tsi_arena *arena, const tsi_patch *a, const tsi_patch *b,
   *found = 0;
   for (int code = 0; code < 8 && !*found; code++) {
     tsi_patch turned;
-    comparison result;
+    comparison result = {.exact = 0};
     if (!corners_fit(corner[0], corner[1], code, tolerance))
       continue;
     if (!tsi_patch_turn(arena, b, code, &turned) ||

@@ -358,6 +358,26 @@ static int finish_skin(tsi_arena *arena, const tsolid_patch *source, double tole
   return skin->name && sample_skin(arena, skin);
 }
 
+/* What findings say of the patch, and its tolerances. */
+static int copy_source(tsi_arena *arena, const tsolid_patch *from, tsolid_patch *to) {
+  const char **text[9] = {&to->name};
+  *to = *from;
+  to->points = to->weights = to->knots[0] = to->knots[1] = NULL;
+  to->tspline = NULL;
+  to->bezier = NULL;
+  for (int k = 0; k < 4; k++) {
+    text[1 + k] = &to->border_name[k];
+    text[5 + k] = &to->corner_name[k];
+  }
+  for (int k = 0; k < 9; k++)
+    if (*text[k]) {
+      *text[k] = copy_text(arena, *text[k]);
+      if (!*text[k])
+        return 0;
+    }
+  return 1;
+}
+
 static tsolid_status read_skin(tsolid_context *context, tsolid_assembly *assembly, tsi_arena *work,
                                const tsolid_boundary_input *input, int k, tsi_skin *skin) {
   const tsolid_patch *source = &input->patches[k];
@@ -377,6 +397,10 @@ static tsolid_status read_skin(tsolid_context *context, tsolid_assembly *assembl
   }
   if (status)
     return status;
+  const int flip[2] = {0, 0};
+  if (!tsi_patch_orient(&assembly->arena, &skin->patch, flip, 0, &skin->own) ||
+      !copy_source(&assembly->arena, source, &skin->source))
+    return tsi_no_memory(context, stage);
   place_patch(&assembly->part[skin->part], &skin->patch);
   return finish_skin(&assembly->arena, source, assembly->tolerance, skin)
              ? TSOLID_OK
@@ -469,6 +493,16 @@ static tsolid_status read_part(tsolid_context *context, tsolid_assembly *assembl
     tsi_skin *skin = &assembly->skin[assembly->n_skins + i];
     *skin = (tsi_skin){.part = k, .number = i};
     status = read_skin(context, assembly, &work, &source.input, i, skin);
+    skin->refinable &= from->boundary->patches != NULL;
+  }
+  if (!status && source.input.n_smooth > 0) {
+    size_t n_smooth = (size_t)source.input.n_smooth;
+    part->smooth = tsi_arena_new(&assembly->arena, n_smooth, sizeof *part->smooth);
+    part->n_smooth = source.input.n_smooth;
+    if (part->smooth)
+      memcpy(part->smooth, source.input.smooth, n_smooth * sizeof *part->smooth);
+    else
+      status = tsi_no_memory(context, stage);
   }
   tsi_arena_free(&work);
   tsolid_boundary_file_free(source.file);

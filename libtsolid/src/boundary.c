@@ -110,6 +110,7 @@ static void measure_patch(const tsolid_patch *source, const tsi_patch *patch,
 static void name_facet(const tsolid_patch *source, int k, double tolerance, tsi_facet *facet) {
   facet->name = source->name;
   facet->patch = k;
+  facet->fixed = source->fixed != 0;
   for (int b = 0; b < 4; b++) {
     facet->tolerance[b] = fmax(tolerance, source->border_tolerance[b]);
     facet->border_name[b] = source->border_name[b];

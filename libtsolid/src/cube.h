@@ -14,6 +14,7 @@ typedef struct tsi_facet {
   double area, flux;      /* flux of x/3 with normal x_u x x_v */
   double centre[3];       /* the point at the middle of both parameters */
   double tolerance[4];    /* of each border, at least the caller's */
+  int fixed;              /* its control points stand where borders are snapped */
   const char *name, *border_name[4], *corner_name[4];
   int patch;                            /* of the input, of which the facet may be a piece */
   unsigned char is_cut[4], is_inner[4]; /* borders and corners that the input's patch has not */

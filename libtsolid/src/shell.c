@@ -283,9 +283,17 @@ static int compare_rows(const tsi_shell *shell, const tsi_seam *s, int first, in
   return 0;
 }
 
+static int is_fixed(const tsi_shell *shell, const tsi_seam *s, int which) {
+  return shell->facet[shell->place[s->row[which].patch]->facet].fixed;
+}
+
+/* A fixed side stands, else the least. */
 static double snap_points(const tsi_shell *shell, const tsi_seam *s, int first, int end) {
   int order = compare_rows(shell, s, first, end);
+  int fixed = is_fixed(shell, s, 0) - is_fixed(shell, s, 1);
   double moved = 0.0;
+  if (order && fixed)
+    order = -fixed;
   for (int m = first; order && m < end; m++) {
     double *a = tsi_seam_point(shell, s, 0, m), *b = tsi_seam_point(shell, s, 1, m);
     moved = max_of(moved, tsi_seam_distance(a, b));
@@ -312,6 +320,35 @@ static double *copy_corners(tsi_arena *arena, const tsi_shell *shell, int n, con
   return corner;
 }
 
+/* One control point at each vertex: the least of those of fixed patches if there are any, else of
+ * all. What a fixed patch has given to a corner is fixed there, too. 0: no memory. */
+static int snap_vertices(tsi_arena *arena, const tsi_shell *shell, int n, const tsi_seam *list) {
+  unsigned char *fixed = tsi_arena_new(arena, 4 * (size_t)shell->first[6], 1);
+  if (!fixed)
+    return 0;
+  for (int p = 0; p < 4 * shell->first[6]; p++)
+    fixed[p] = shell->facet[shell->place[p / 4]->facet].fixed != 0;
+  for (int changed = 1; changed;) {
+    changed = 0;
+    for (int i = 0; i < n; i++)
+      for (int k = 0; k < 2 && tsi_seam_has_rows(shell, &list[i]); k++) {
+        const tsi_seam *s = &list[i];
+        int m = k ? tsi_seam_count(shell, s, 0) - 1 : 0;
+        double *point[2] = {tsi_seam_point(shell, s, 0, m), tsi_seam_point(shell, s, 1, m)};
+        unsigned char *at[2];
+        for (int w = 0; w < 2; w++)
+          at[w] = &fixed[4 * s->row[w].patch + tsi_seam_corner(s, w, k)];
+        int order = compare_rows(shell, s, m, m + 1);
+        int from = *at[0] != *at[1] ? !*at[0] : order > 0;
+        changed |= order != 0 || *at[0] != *at[1];
+        *at[1 - from] = *at[from];
+        if (order)
+          memcpy(point[1 - from], point[from], 4 * sizeof(double));
+      }
+  }
+  return 1;
+}
+
 tsolid_status tsi_shell_snap(tsolid_context *context, tsi_arena *arena, tsi_shell *shell,
                              tsolid_preparation *preparation) {
   int n;
@@ -334,15 +371,8 @@ tsolid_status tsi_shell_snap(tsolid_context *context, tsi_arena *arena, tsi_shel
     double moved = snap_points(shell, &list[i], 1, tsi_seam_count(shell, &list[i], 0) - 1);
     record_move(&list[i], moved, preparation);
   }
-  for (int changed = 1; changed;) { /* the least candidate goes round each vertex */
-    changed = 0;
-    for (int i = 0; i < n; i++)
-      for (int k = 0; k < 2 && tsi_seam_has_rows(shell, &list[i]); k++) {
-        int m = k ? tsi_seam_count(shell, &list[i], 0) - 1 : 0;
-        changed |= compare_rows(shell, &list[i], m, m + 1) != 0;
-        snap_points(shell, &list[i], m, m + 1);
-      }
-  }
+  if (!snap_vertices(arena, shell, n, list))
+    return tsi_no_memory(context, stage);
   for (int i = 0; i < n; i++)
     for (int k = 0; k < 4 && tsi_seam_has_rows(shell, &list[i]); k++) {
       const tsi_seam *s = &list[i];

@@ -3,10 +3,10 @@
 
 import ctypes
 import os
-from ctypes import byref, c_char_p, c_void_p
+from ctypes import byref, c_char_p, c_double, c_void_p
 
 from . import header
-from .binding import BoundaryFile, Patch, _Handle, _PatchInput, as_dict
+from .binding import Boundary, BoundaryFile, Patch, _Handle, _PatchInput, as_dict
 
 
 class Assembly(_Handle):
@@ -36,7 +36,10 @@ class Assembly(_Handle):
         given = header.AssemblyInput(len(parts), structs)
         options = header.AssemblyOptions(tolerance, gap)
         context.call("tsolid_assembly_create", byref(given), byref(options), byref(handle))
-        return cls(context, handle)
+        made = cls(context, handle)
+        made._tolerance = tolerance
+        made._keep = []
+        return made
 
     @property
     def view(self):
@@ -64,6 +67,29 @@ class Assembly(_Handle):
     def free_faces(self):
         view = self.view
         return [as_dict(view.free_face[k]) for k in range(view.n_free)]
+
+    def boundary(self, context, part, source=None):
+        """The boundary of a part, made ready for its contacts; of the part's own source (as given
+        to create) where it cannot be."""
+        given = self.library.tsolid_assembly_boundary_input(self.handle, part)
+        if not given:
+            given = ctypes.pointer(_assembly_input(context, source, self._keep))
+        options = (self._tolerance, 0, 0)
+        return Boundary._create(context, given.contents, options, given.contents.n_patches)
+
+    def joined(self, context, solids):
+        """The assembly after the construction: a Solid per part, the same object for copies, None
+        for parts that could not be done."""
+        handles = (c_void_p * max(1, len(solids)))(*[s.handle if s else None for s in solids])
+        handle = c_void_p()
+        context.call("tsolid_assembly_join", self.handle, len(solids), handles, byref(handle))
+        return type(self)(context, handle)
+
+    def evaluate(self, context, interface, side, p, q):
+        """A contact's point by its record, from the parameters in [0,1]^2 of one side's patch."""
+        point = (c_double * 3)()
+        context.call("tsolid_assembly_evaluate", self.handle, interface, side, p, q, point)
+        return tuple(point)
 
     def json(self, context):
         """The assembly's report as a JSON document, with the context's findings."""

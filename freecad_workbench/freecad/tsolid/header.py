@@ -200,6 +200,7 @@ class PatchStruct(ctypes.Structure):
         ("border_tolerance", c_double * 4),
         ("tspline", POINTER(Tspline)),
         ("bezier", POINTER(BezierSide)),
+        ("fixed", c_int),
     ]
 
 
@@ -816,6 +817,15 @@ FUNCTIONS = {
     ),
     "tsolid_assembly_free": (None, [_handle]),
     "tsolid_assembly_get": (None, [_handle, POINTER(AssemblyView)]),
+    "tsolid_assembly_boundary_input": (POINTER(BoundaryInput), [_handle, c_int]),
+    "tsolid_assembly_join": (
+        c_int,
+        [_handle, _handle, c_int, _handle_out, _handle_out],
+    ),
+    "tsolid_assembly_evaluate": (
+        c_int,
+        [_handle, _handle, c_int, c_int, c_double, c_double, _doubles],
+    ),
     "tsolid_assembly_json": (c_int, [_handle, _handle, POINTER(c_char_p)]),
     "tsolid_hex_create": (c_int, [_handle, _handle, POINTER(HexOptions), _handle_out]),
     "tsolid_hex_free": (None, [_handle]),
