@@ -455,7 +455,7 @@ static void test_mutations(tsolid_context *context) {
   static const double odd[12] = {0.0,   -1.0, 1e-12, 1.0 + 1e-12, 1e99, 1e-49,
                                  -1e30, 1e49, 0.5,   0.25,        2.0,  1e9};
   int n_status[TSOLID_ERROR_INTERNAL + 1] = {0};
-  for (int k = 0; k < 120; k++) {
+  for (int k = 0; k < 60; k++) {
     tsi_arena arena = tsi_arena_create(context);
     flat_loop loop = k % 3 == 0 ? circle(1.0) : k % 3 == 1 ? ell() : random_loop(1);
     for (int m = random_int(1, 2); m > 0; m--) {
@@ -479,8 +479,8 @@ static void test_mutations(tsolid_context *context) {
     tsolid_coons_free(m.coons);
     tsi_arena_free(&arena);
   }
-  CHECK(n_status[TSOLID_OK] > 5 && n_status[TSOLID_ERROR_INPUT] > 20 &&
-        n_status[TSOLID_ERROR_REFUSED] > 20);
+  CHECK(n_status[TSOLID_OK] > 2 && n_status[TSOLID_ERROR_INPUT] > 10 &&
+        n_status[TSOLID_ERROR_REFUSED] > 10);
 }
 
 static void test_arguments(tsolid_context *context) {
@@ -602,7 +602,7 @@ static void random_net(net *n, int rational) {
  * minimum changes its sign, and may be open only in between. */
 static void test_soundness(tsolid_context *context) {
   int n_verdict[3] = {0, 0, 0};
-  for (int k = 0; k < 60; k++) {
+  for (int k = 0; k < 30; k++) {
     net n;
     random_net(&n, k % 2);
     tsi_planar *p = &n.planar;
@@ -630,8 +630,8 @@ static void test_soundness(tsolid_context *context) {
         high = middle;
     }
   }
-  CHECK(n_verdict[TSOLID_POSITIVE] > 300 && n_verdict[TSOLID_NOT_POSITIVE] > 300);
-  CHECK(n_verdict[TSOLID_UNDECIDED] < 300);
+  CHECK(n_verdict[TSOLID_POSITIVE] > 150 && n_verdict[TSOLID_NOT_POSITIVE] > 150);
+  CHECK(n_verdict[TSOLID_UNDECIDED] < 150);
 }
 
 /* ---- prisms ------------------------------------------------------------------------------------
