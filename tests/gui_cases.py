@@ -17,6 +17,7 @@ import Part  # noqa: E402
 from PySide import QtCore, QtGui  # noqa: E402
 
 import gui_assembly_cases  # noqa: E402
+import gui_corner_cases  # noqa: E402
 import gui_fem_cases  # noqa: E402
 import gui_harness as h  # noqa: E402
 from gui_harness import (  # noqa: E402
@@ -742,7 +743,7 @@ CASES = (
     edited_while_building, deleted_while_building, document_closed_while_building, two_documents,
     look_inside, pick_an_element, report_and_export, saved_and_opened, stored_document,
     loaded_in_a_thread, without_write_permission, dropped_file,
-) + gui_fem_cases.CASES + gui_assembly_cases.CASES + (no_traces,)
+) + gui_corner_cases.CASES + gui_fem_cases.CASES + gui_assembly_cases.CASES + (no_traces,)
 
 if os.environ.get("TSOLID_GUI_RESULT"):
     h.run(CASES, activate)

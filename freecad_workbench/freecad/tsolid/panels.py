@@ -341,18 +341,31 @@ class CheckPanel(Panel):
         self.show_cube.setChecked(True)
         self.show_cube.toggled.connect(lambda on: self.draw())
         self.layout.addWidget(self.show_cube)
+        from . import corner_picker
+
+        self.picker = corner_picker.CornerPicker(self.obj, self.check)
+        self.layout.addWidget(self.picker)
         self.buttons = self.add_buttons(
             ("build", tr("Build..."), self.go_on),
             ("copy", tr("Copy as text"), self.copy),
             ("export", tr("Export..."), self.export),
         )
-        for button in self.buttons:
-            button.setEnabled(False)
+        self.check()
+
+    def check(self):
+        """With the corners that are picked, if any."""
+        if not self.alive():
+            self.verdict.say(tr("The part is gone."), "bad")
+            return
+        for widget in self.buttons + [self.picker]:
+            widget.setEnabled(False)
         Gui.Selection.clearSelection()  # its green would hide the sides' colours
-        job = actions.Job("check", self.obj)
-        self.run(job, line_of("check", self.obj), self.done)
+        corners = list(self.picker.names)
+        job = actions.Job("check", self.obj, api.Options(corners=corners))
+        self.run(job, line_of("check", self.obj, corners=corners or None), self.done)
 
     def done(self, state, result, sentence):
+        self.picker.setEnabled(True)
         if result is None:
             self.verdict.say(sentence, "unsure" if state == "cancelled" else "bad")
             return
@@ -367,15 +380,19 @@ class CheckPanel(Panel):
         self.draw()
 
     def draw(self):
-        self.tidy()
+        self.wipe()
         current = view.active_view()
         if self.result is not None and self.show_cube.isChecked() and current is not None:
             self.overlay = overlay.Overlay(current, self.obj, self.result)
 
-    def tidy(self):
+    def wipe(self):
         if self.overlay is not None:
             self.overlay.remove()
             self.overlay = None
+
+    def tidy(self):
+        self.wipe()
+        self.picker.stop()
 
     def copy(self):
         self.copy_text(rows.text("%s: %s" % (self.obj.Label, self.verdict.text()), self.groups))
@@ -392,8 +409,8 @@ class CheckPanel(Panel):
     def go_on(self):
         """To the build panel of the same part."""
         self.close()
-        obj = self.obj
-        QtCore.QTimer.singleShot(0, lambda: Gui.Control.showDialog(BuildPanel(obj)))
+        obj, corners = self.obj, self.picker.names
+        QtCore.QTimer.singleShot(0, lambda: Gui.Control.showDialog(BuildPanel(obj, corners)))
 
 
 # ---- build ---------------------------------------------------------------------------------------
@@ -408,6 +425,10 @@ class BuildPanel(Panel):
 
     title = QT_TRANSLATE_NOOP("tsolid", "Build")
     icon = "tsolid_build"
+
+    def __init__(self, obj, corners=()):
+        self.corners = tuple(corners)
+        super().__init__(obj)
 
     def make(self):
         self.again = document.is_solid_tspline(self.obj)
@@ -470,6 +491,8 @@ class BuildPanel(Panel):
         self.tolerance.setText("%g" % given.tolerance if given.tolerance else "")
         self.not_shown = {name: getattr(given, name)
                           for name in ("raise_degree", "octree", "analysis_suitable", "corners")}
+        if self.corners:
+            self.not_shown["corners"] = self.corners
 
     def options(self):
         """As the panel has them; raises ValueError with a sentence."""

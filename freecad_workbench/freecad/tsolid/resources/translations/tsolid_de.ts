@@ -176,6 +176,10 @@
  <context>
   <name>tsolid</name>
   <message>
+   <source>%d of 8 picked: %s</source>
+   <translation>%d von 8 gewählt: %s</translation>
+  </message>
+  <message>
    <source>%s has no part to be rebuilt from.</source>
    <translation>%s hat kein Teil, aus dem es neu gebaut werden könnte.</translation>
   </message>
@@ -232,6 +236,10 @@
    <translation>Eine Baugruppe hat mindestens zwei Volumenkörper: %d gefunden. Diese auswählen, oder nichts, um alle zu nehmen.</translation>
   </message>
   <message>
+   <source>Automatic</source>
+   <translation>Automatisch</translation>
+  </message>
+  <message>
    <source>Bezier hexahedra</source>
    <translation>Bézier-Hexaeder</translation>
   </message>
@@ -272,8 +280,16 @@
    <translation>Baugruppe prüfen</translation>
   </message>
   <message>
+   <source>Check with these</source>
+   <translation>Mit diesen prüfen</translation>
+  </message>
+  <message>
    <source>Checking the faces</source>
    <translation>Flächen werden geprüft</translation>
+  </message>
+  <message>
+   <source>Chosen automatically.</source>
+   <translation>Automatisch gewählt.</translation>
   </message>
   <message>
    <source>Clashes</source>
@@ -282,6 +298,14 @@
   <message>
    <source>Click one in the view</source>
    <translation>Bitte eines in der Ansicht anklicken</translation>
+  </message>
+  <message>
+   <source>Click the vertices that have to be corners.</source>
+   <translation>Die Punkte anklicken, die Ecken sein sollen.</translation>
+  </message>
+  <message>
+   <source>Click vertices of the part in the view: up to eight corners</source>
+   <translation>Ecken des Teils in der Ansicht anklicken: bis zu acht</translation>
   </message>
   <message>
    <source>Colours</source>
@@ -310,6 +334,10 @@
   <message>
    <source>Copy as text</source>
    <translation>Als Text kopieren</translation>
+  </message>
+  <message>
+   <source>Corners</source>
+   <translation>Ecken</translation>
   </message>
   <message>
    <source>Cut along the blocks</source>
@@ -490,6 +518,10 @@
   <message>
    <source>Peel off layers</source>
    <translation>Schichten abschälen</translation>
+  </message>
+  <message>
+   <source>Pick</source>
+   <translation>Wählen</translation>
   </message>
   <message>
    <source>Preparing the view</source>
