@@ -193,6 +193,7 @@ static void test_mixed(tsolid_context *context) {
       CHECK(boundary->preparation.n_degrees_raised > 0);
       CHECK(boundary->preparation.n_knots_inserted > 0);
       CHECK_NEAR(boundary->preparation.knot_merge, shift, 1e-15);
+      CHECK((boundary->preparation.n_knots_merged > 0) == (boundary->preparation.knot_merge > 0.0));
       CHECK_NEAR(largest_snap(boundary), 0.0, allowed);
     }
     check_shuffles(context, &p, 4, allowed);

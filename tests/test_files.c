@@ -622,7 +622,7 @@ static size_t shorten_section(unsigned char *b, size_t size, const char *tag, si
   return size - n;
 }
 
-/* Version 3 lacks the last two of the facts, version 2 also what follows the mesh's arm heights,
+/* Version 3 lacks the last three of the facts, version 2 also what follows the mesh's arm heights,
  * version 1 two more of the facts: all are read, and only under their own number. */
 static void test_tsolid_versions(tsolid_context *context, const tsolid_solid *solid) {
   size_t size;
@@ -632,7 +632,9 @@ static void test_tsolid_versions(tsolid_context *context, const tsolid_solid *so
   for (uint32_t layout = 4; layout > 0; layout--) {
     if (layout < 4)
       size = shorten_section(b, size, layout == 2 ? "MESH" : "FACT",
-                             layout == 2 ? 4 + 4 * (size_t)n_boxes : 8);
+                             layout == 2   ? 4 + 4 * (size_t)n_boxes
+                             : layout == 3 ? 12
+                                           : 8);
     for (uint32_t version = 0; version < 6; version++) {
       tsolid_solid *read = NULL;
       put_u32(b + TSI_TSOLID_MAGIC_SIZE, version);

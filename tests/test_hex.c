@@ -217,6 +217,21 @@ static void test_regions(tsolid_context *context, const tsolid_solid *solid) {
   CHECK(left > 0 && right > 0 && left + right == 15 && left % 3 == 0);
   CHECK(v.region_start[3] - v.region_start[2] == 12);
   tsolid_hex_free(hex);
+  static const tsolid_region pieces[] = {{"face", 5, {0.3, 1.0, 0.0, 1.0}},
+                                         {"f", 0, {0, 1, 0, 1}},
+                                         {"face", 5, {0.0, 0.3, 0.0, 1.0}},
+                                         {"f", 2, {0, 1, 0, 1}}};
+  options.regions = pieces; /* of one name: one region */
+  options.n_regions = 4;
+  if (CHECK(tsolid_hex_create(context, solid, &options, &hex) == TSOLID_OK)) {
+    tsolid_hex_get(hex, &v);
+    CHECK(v.n_regions == 2 && strcmp(v.region_name[0], "face") == 0);
+    CHECK(strcmp(v.region_name[1], "f") == 0 && v.region_start[1] == 15);
+    CHECK(v.region_start[2] - v.region_start[1] == 12 + 20);
+    tsolid_hex_free(hex);
+  }
+  options.regions = region;
+  options.n_regions = 3;
   options.divisions[0] = 1;
   CHECK(tsolid_hex_create(context, solid, &options, &hex) == TSOLID_ERROR_REFUSED && !hex);
 }

@@ -362,6 +362,41 @@ static void test_spirals(void) {
   check_spiral(0.002, "do not close around the part where the faces' parameters disagree");
 }
 
+/* The parameter x of a side's patch becomes c x/(c x + 1 - x) before the others are cut: the
+ * isoline through the corner is another number there, and the pieces differ from their neighbours
+ * by projective changes of their own. */
+static void test_moebius(tsolid_context *context) {
+  static dissection side[6];
+  part whole = make_part(cubics, map_wavy, 1);
+  tsi_arena arena = tsi_arena_create(context);
+  tsi_patch patch;
+  CHECK(tsi_patch_read(&arena, &whole.patch[3], &patch) && tsi_patch_reparametrise(&patch, 0, 1.9));
+  for (int i = 0; i < patch.n[0] * patch.n[1]; i++) {
+    ((double *)(size_t)whole.patch[3].weights)[i] = patch.control[4 * i + 3];
+    for (int c = 0; c < 3; c++)
+      ((double *)(size_t)whole.patch[3].points)[3 * i + c] =
+          patch.control[4 * i + c] / patch.control[4 * i + 3];
+  }
+  tsi_arena_free(&arena);
+  for (int k = 0; k < 6; k++)
+    whole_square(&side[k]);
+  cut_rectangle(&side[5], 0, 0, 0.5);
+  cut_rectangle(&side[5], 1, 1, 0.25);
+  part p = make_dissected(&whole, side);
+  tsolid_boundary *boundary = create(context, &p, NULL);
+  if (boundary) {
+    tsolid_placement place;
+    CHECK(boundary->preparation.n_moebius > 0 && boundary->preparation.n_cuts == 7);
+    CHECK(!tsolid_boundary_placement(boundary, 3, 0, &place));
+    CHECK(fabs(place.domain[1] - 0.5) > 0.1);
+    CHECK_NEAR(measure_distance(&p, boundary), 0.0, 1e-13);
+  }
+  tsolid_boundary_free(boundary);
+  check_shuffles(context, &p, 2, 1e-13);
+  part_free(&p);
+  part_free(&whole);
+}
+
 /* ---- other forms ------------------------------------------------------------------------------
  */
 
@@ -447,6 +482,7 @@ int main(void) {
   test_sliver();
   test_note();
   test_spirals();
+  test_moebius(context);
   test_forms(context);
   tsolid_context_free(context);
   return check_done();

@@ -72,6 +72,17 @@ def brick_part():
     return named(bricks(faces[1]) + bricks(faces[2]) + [faces[0]] + faces[3:])
 
 
+def patches_of(given):
+    """For the binding."""
+    out = []
+    for patch in given:
+        points = patch.points.transpose(1, 0, 2).reshape(-1, 3)
+        weights = None if patch.weights is None else patch.weights.T.ravel()
+        out.append(binding.Patch(patch.degree, patch.points.shape[:2], patch.knots, points, weights,
+                                 name=patch.name))
+    return out
+
+
 class ChainTest(ChainCase):
     def test_parts(self):
         print("\n" + example_chain.HEADING)
@@ -99,17 +110,9 @@ class BindingTest(unittest.TestCase):
     def setUp(self):
         self.context = binding.Context(library=library.load(binding_parts.library_path()))
 
-    def patches(self, given):
-        out = []
-        for patch in given:
-            points = patch.points.transpose(1, 0, 2).reshape(-1, 3)
-            out.append(binding.Patch(patch.degree, patch.points.shape[:2], patch.knots, points,
-                                     name=patch.name))
-        return out
-
     def test_pieces(self):
         given = pinwheel_part()
-        boundary = binding.Boundary.create(self.context, self.patches(given))
+        boundary = binding.Boundary.create(self.context, patches_of(given))
         total = 0
         for k, patch in enumerate(given):
             places = boundary.placements(k)
@@ -129,7 +132,7 @@ class BindingTest(unittest.TestCase):
         return binding.Boundary.create(self.context, patches).requirement["corner"]
 
     def test_given_corners(self):
-        patches = self.patches(pinwheel_part())
+        patches = patches_of(pinwheel_part())
         corners = self.corners(patches)
         for way in (corners, corners[::-1]):
             boundary = binding.Boundary.create(self.context, patches, corners=way)
@@ -148,7 +151,7 @@ class BindingTest(unittest.TestCase):
 
     def test_names_of_corners(self):
         """The least name of a corner; a long one is cut off between characters."""
-        patches = self.patches(wavy_cube(1))
+        patches = patches_of(wavy_cube(1))
         points = self.corners(patches)
         self.assertEqual(binding.Boundary.create(self.context, patches).requirement["corner_name"],
                          [""] * 8)

@@ -85,8 +85,8 @@ void cli_print_preparation(const tsolid_preparation *p) {
   else
     printf("exact: no control point was moved\n");
   print_title("");
-  printf("%d knots inserted, %d degrees raised, knots merged within %.3g of their range\n",
-         p->n_knots_inserted, p->n_degrees_raised, p->knot_merge);
+  printf("%d knots inserted, %d degrees raised, %d knots merged within %.3g of their range\n",
+         p->n_knots_inserted, p->n_degrees_raised, p->n_knots_merged, p->knot_merge);
   if (factor > 1 || factor < 1) {
     print_title("");
     printf("weights multiplied by up to %.3g, on %d patches by a bilinear function: exact\n",

@@ -313,10 +313,11 @@ typedef struct tsolid_preparation {
   int n_moebius;          /* patch directions whose parameter t became c t/(c t + 1 - t), which
                              changes knots and weights but not the surface; the parameter that
                              most patches around the part share stands, the others are changed */
-  int n_cut_patches; /* input patches that were cut along isolines, exactly, because a corner of
-                        another lay inside a border of theirs (T-vertex), or a cut ended there */
-  int n_cuts;        /* those isolines, counted by patch. The surface is unchanged; functions
-                        are C^0 across a cut through a NURBS patch */
+  int n_cut_patches;  /* input patches that were cut along isolines, exactly, because a corner of
+                         another lay inside a border of theirs (T-vertex), or a cut ended there */
+  int n_cuts;         /* those isolines, counted by patch. The surface is unchanged; functions
+                         are C^0 across a cut through a NURBS patch */
+  int n_knots_merged; /* knots that were changed by up to knot_merge */
 } tsolid_preparation;
 
 /* Where a piece of input patch k lies, the part `domain` = (u0, u1, v0, v1) of the patch's own

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
  * Isolines, sides, canonical position. Words (slot, dart): see complex.h. */
 #include "complex.h"
+#include "patch.h"
 
 static const char stage[] = "boundary";
 
@@ -220,12 +221,12 @@ static void name_corners(const tsi_complex *c, const int corner[8]) {
     int i = name && *name ? label_of(corner, c->vertex[slot]) : -1;
     if (i < 0)
       continue;
-    char *to = c->requirement->corner_name[i], text[SIZE] = "";
-    size_t n = strlen(name);
+    char *to = c->requirement->corner_name[i], text[SIZE] = "", line[TSI_NAME_SIZE];
+    size_t n = strlen(tsi_name_patch(name, 0, line));
     if (n >= SIZE)
-      for (n = SIZE - 1; n > 0 && ((unsigned char)name[n] & 0xC0) == 0x80;)
+      for (n = SIZE - 1; n > 0 && ((unsigned char)line[n] & 0xC0) == 0x80;)
         n--;
-    memcpy(text, name, n);
+    memcpy(text, line, n);
     if (!*to || strcmp(text, to) < 0)
       memcpy(to, text, SIZE);
   }

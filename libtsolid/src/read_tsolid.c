@@ -208,7 +208,7 @@ static int read_side(reader *r, int n_functions, tsi_side *side) {
 }
 
 static int read_facts(reader *r, tsolid_requirement *q, tsolid_preparation *p) {
-  int counts[9], changes[8] = {0}, n_changes = r->version == 1 ? 4 : r->version < 4 ? 6 : 8;
+  int counts[9], changes[9] = {0}, n_changes = r->version == 1 ? 4 : r->version < 4 ? 6 : 9;
   if (!begin_section(r, "FACT") || !get_ints(r, 9, -1, TSI_MAX_COUNT, counts) ||
       !get_doubles(r, 24, &q->corner[0][0]) ||
       !get_ints(r, 12, 0, TSI_MAX_COUNT, &q->side_grid[0][0]) || !get_doubles(r, 12, p->snap) ||
@@ -235,6 +235,7 @@ static int read_facts(reader *r, tsolid_requirement *q, tsolid_preparation *p) {
   p->n_moebius = changes[5];
   p->n_cut_patches = changes[6];
   p->n_cuts = changes[7];
+  p->n_knots_merged = changes[8];
   return end_section(r);
 }
 

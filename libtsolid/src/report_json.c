@@ -55,6 +55,7 @@ static void put_preparation(tsi_doc *w, cJSON *o, const tsolid_preparation *s) {
   NUMBER(n_moebius);
   NUMBER(n_cut_patches);
   NUMBER(n_cuts);
+  NUMBER(n_knots_merged);
 }
 
 static void put_statistics(tsi_doc *w, cJSON *o, const tsolid_statistics *s) {

@@ -107,6 +107,7 @@ static tsolid_status merge_knots(tsolid_context *context, tsi_arena *arena, tsi_
       const double *at = bsearch(&knots[i], all, n, sizeof *all, compare_doubles);
       double to = at ? least[at - all] : knots[i];
       preparation->knot_merge = max_of(preparation->knot_merge, knots[i] - to);
+      preparation->n_knots_merged += knots[i] != to;
       knots[i] = to;
     }
   }

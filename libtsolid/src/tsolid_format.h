@@ -13,7 +13,7 @@
  *           with n = function_start[n_elements], order = (degree[0]+1)(degree[1]+1)
  *   FACT    the requirement (without names of corners, which are the input's) and the preparation,
  *           field by field in the order of tsolid.h; version 1 ends before n_bilinear_factors,
- *           n_moebius (both 0), versions 2 and 3 before n_cut_patches, n_cuts (both 0)
+ *           n_moebius (both 0), versions 2 and 3 before n_cut_patches and on (all 0)
  *   MESH    u32 n_lines[3], f64 line[n_lines] of each axis, u32 n_boxes, u32 box[n_boxes][6],
  *           f64 arm_height[6], u32 analysis_suitable_off, u32 level[n_boxes]; versions 1 and 2
  *           end after arm_height (0, levels by width)

@@ -99,9 +99,10 @@ static void put_side(writer *w, const tsi_side *side) {
 static void put_facts(writer *w, const tsolid_requirement *r, const tsolid_preparation *p) {
   int counts[9] = {r->satisfied,  r->closed,  r->connected,       r->genus,       r->n_patches,
                    r->n_vertices, r->n_edges, r->n_extraordinary, r->n_violations};
-  int changes[8] = {p->n_knots_inserted,   p->n_degrees_raised, p->refine_knots,  p->raise_degree,
-                    p->n_bilinear_factors, p->n_moebius,        p->n_cut_patches, p->n_cuts};
-  begin_section(w, "FACT", 4 * (9 + 12 + 8) + 8 * (24 + 12 + 6 + 6 + 1));
+  int changes[9] = {p->n_knots_inserted,   p->n_degrees_raised, p->refine_knots,  p->raise_degree,
+                    p->n_bilinear_factors, p->n_moebius,        p->n_cut_patches, p->n_cuts,
+                    p->n_knots_merged};
+  begin_section(w, "FACT", 4 * (9 + 12 + 9) + 8 * (24 + 12 + 6 + 6 + 1));
   put_ints(w, counts, 9);
   put_doubles(w, &r->corner[0][0], 24);
   put_ints(w, &r->side_grid[0][0], 12);
@@ -109,7 +110,7 @@ static void put_facts(writer *w, const tsolid_requirement *r, const tsolid_prepa
   put_doubles(w, p->snap_inside, 6);
   put_doubles(w, p->weight_factor, 6);
   put_doubles(w, &p->knot_merge, 1);
-  put_ints(w, changes, 8);
+  put_ints(w, changes, 9);
   end_section(w);
 }
 

@@ -274,6 +274,7 @@ class Preparation(ctypes.Structure):
         ("n_moebius", c_int),
         ("n_cut_patches", c_int),
         ("n_cuts", c_int),
+        ("n_knots_merged", c_int),
     ]
 
 

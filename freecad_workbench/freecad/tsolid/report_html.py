@@ -209,6 +209,7 @@ def _preparation(report):
             rows.append(("weights of side %s multiplied by" % SIDES[side], factor))
     labels = (
         ("knot_merge", "knots of two sides taken as one, differing by (of their range)"),
+        ("n_knots_merged", "such knots"),
         ("n_knots_inserted", "knots inserted (exact)"),
         ("n_degrees_raised", "degrees raised (exact)"),
         ("n_cut_patches", "faces cut at vertices of their neighbours (exact)"),
