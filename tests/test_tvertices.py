@@ -79,7 +79,7 @@ def patches_of(given):
         points = patch.points.transpose(1, 0, 2).reshape(-1, 3)
         weights = None if patch.weights is None else patch.weights.T.ravel()
         out.append(binding.Patch(patch.degree, patch.points.shape[:2], patch.knots, points, weights,
-                                 name=patch.name))
+                                 name=patch.name or ""))
     return out
 
 
