@@ -14,9 +14,22 @@ binding_parts.join_freecad()
 
 import Part  # noqa: E402
 
+import shared_parts  # noqa: E402
+
 from freecad.tsolid import api, binding, convert  # noqa: E402
 from freecad_kinds import OPTIONS, REFUSED, TAKEN, chamfered  # noqa: E402
 
+# FreeCAD's IGES reader gives fewer faces than were written
+LOST_BY_IGES = ("extruded parabola",)
+# What it reads differs from what was written: spheres are surfaces of revolution with a pole, the
+# sides of the scaled cylinder and its ends are different splines, an arc of the slot turns back.
+CHANGED_BY_IGES = {
+    "scaled": "different parameters",
+    "slot": "180 degrees",
+    "domed bar": "pole",
+    "capsule": "pole",
+    "hemisphere": "pole",
+}
 # one of each way in which faces are taken
 QUICK = ("cut obliquely", "quarter cylinder", "hemisphere", "mirrored", "L")
 
@@ -100,6 +113,7 @@ class Building(unittest.TestCase):
     names = QUICK
 
     def test_solids(self):
+        self.assertGreater(len(self.names), 0)
         for name in self.names:
             with self.subTest(name):
                 self.check(TAKEN[name](), **OPTIONS.get(name, {}))
@@ -124,6 +138,17 @@ class AllSolids(Building):
     names = tuple(TAKEN)
 
 
+class Shared(Building):
+    """A hull made of a published skin, when ../shared/data is there."""
+
+    test_solids = None
+
+    def test_hull(self):
+        if not os.path.exists(shared_parts.DATA):
+            self.skipTest("%s is not there" % shared_parts.DATA)
+        self.check(shared_parts.hull())
+
+
 class RoundTrips(unittest.TestCase):
     """BREP and STEP give the same nets but for rounding; IGES, which comes back as loose faces, is
     taken when it is sewn."""
@@ -138,14 +163,26 @@ class RoundTrips(unittest.TestCase):
         return back
 
     def nets(self, shape):
-        return [p for s in convert.sources_of_shape(shape)[0] for p in s.patches]
+        """All patches, and the names of the faces that got control points of the library's own
+        choice: they are the result of an optimisation, so only their borders are compared."""
+        sources, notes = convert.sources_of_shape(shape)
+        chosen = {n.where for n in notes if "inner control points" in n.text}
+        return [p for s in sources for p in s.patches], chosen
+
+    def compared(self, patch, chosen):
+        n, m = patch.n_control
+        return [
+            p for k, p in enumerate(patch.points)
+            if patch.name not in chosen or k % n in (0, n - 1) or k // n in (0, m - 1)
+        ]
 
     def assert_same(self, name, shape, back, allowed):
-        ours, theirs = self.nets(shape), self.nets(back)
-        self.assertEqual(len(ours), len(theirs), name)
+        (ours, chosen), (theirs, again) = self.nets(shape), self.nets(back)
+        self.assertEqual((len(ours), chosen), (len(theirs), again), name)
         for p, q in zip(ours, theirs):
             self.assertEqual((p.degree, p.n_control), (q.degree, q.n_control), name)
-            far = max(abs(a - b) for x, y in zip(p.points, q.points) for a, b in zip(x, y))
+            points = zip(self.compared(p, chosen), self.compared(q, chosen))
+            far = max(abs(a - b) for x, y in points for a, b in zip(x, y))
             self.assertLessEqual(far, allowed * convert.scale_of_shape(shape), (name, p.name))
 
     def test_brep(self):
@@ -155,17 +192,26 @@ class RoundTrips(unittest.TestCase):
                 self.assert_same(name, shape, self.written(shape, "brep"), 1e-13)
 
     def test_step(self):
+        """Twelve digits: the verdict is the same. Nets of faces without edges of their own shape
+        (planes, arcs) may begin at another vertex, so they are not compared one by one."""
         for name, make in TAKEN.items():
             with self.subTest(name):
-                back = self.written(make(), "step")
-                self.assertTrue(api.check(back).satisfied, api.check(back).text())
+                result = api.check(self.written(make(), "step"))
+                self.assertTrue(result.satisfied, result.text())
 
     def test_iges(self):
         for name, make in TAKEN.items():
             with self.subTest(name):
-                loose = self.written(make(), "igs")
-                solid = convert.solid_of_faces(loose.Faces)
+                shape = make()
+                loose = self.written(shape, "igs")
+                if name in LOST_BY_IGES:
+                    self.assertLess(len(loose.Faces), len(shape.Faces))
+                    continue
+                solid = Part.makeSolid(Part.makeShell(loose.Faces))  # makeShell sews
                 result = api.check(solid)
+                if name in CHANGED_BY_IGES:
+                    self.assertRegex(result.text(), CHANGED_BY_IGES[name])
+                    continue
                 self.assertTrue(result.satisfied, result.text())
 
 

@@ -7,6 +7,7 @@ import sys
 import unittest
 
 import binding_parts
+from binding_parts import run_in_freecad
 from test_kinds import Kinds as Quick
 
 
@@ -15,6 +16,11 @@ class AllKinds(unittest.TestCase):
 
     def test_solids(self):
         self.cases("AllSolids")
+
+    def test_shared(self):
+        code, text = run_in_freecad("kind_cases.py", ".Shared.")
+        print(text.splitlines()[-1] if code == 0 else text)
+        self.assertEqual(code, 0)
 
     def test_round_trips(self):
         self.cases("RoundTrips")

@@ -81,7 +81,9 @@ def sources_of_shape(shape, tell=None, corners=(), context=None):
         )
         sources.append(source)
     notes = [_note(s, shape) for s in sources if s.kind != "BSplineSurface" or s.way != RIGID]
-    return sources, notes + taken.findings + [_snap_note(s) for s in sources if s.snap > 0.0]
+    least = 1e-12 * scale_of_shape(shape)
+    notes += taken.findings + [_snap_note(s) for s in sources if s.snap > least]
+    return sources, notes
 
 
 _HOW = {

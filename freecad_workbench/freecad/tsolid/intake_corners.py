@@ -28,6 +28,7 @@ MAX_STEPS = 200000  # of the search
 MAX_KEPT = 512  # choices that are looked at more closely
 SMALL = math.radians(1.0)  # no corner of a rectangle is sharper than this
 RIGHT, STRAIGHT = math.pi / 2, math.pi
+UNWANTED = 100.0  # more than all angles of a face together
 
 Choice = collections.namedtuple("Choice", "cost corners positions")
 Choice.__doc__ = """cost: (angles, balance, coordinates); corners: the eight nodes; positions: free
@@ -98,6 +99,7 @@ class _Free:
             (c.angle - (RIGHT if i in positions else STRAIGHT)) ** 2
             for i, c in enumerate(self.corners)
         )
+        angles += UNWANTED * sum(self.corners[i].nearly_smooth for i in positions)
         sides = self.side_lengths(positions)
         balance = sum(abs(math.log(sides[k] / sides[k + 2])) for k in (0, 1))
         return (round(angles, 9), round(balance, 9))

@@ -15,6 +15,9 @@ from .intake_shell import CAP, PLANAR, RIGID, arcs_of, near
 
 FLAT = math.radians(10.0)  # a straight border's vertex turning by less is no corner
 CURVED = math.radians(5.0)  # an edge turning by less is taken for straight
+# Two curves that only nearly pass into each other (arcs after a file format, say) make a bad corner;
+# one of 180 degrees and a little more cannot be filled. A point inside a smooth curve is better.
+TANGENT, NEARLY = 1e-12, 1e-5
 N_TURN = 256  # tangents per edge by which its turning is measured
 
 
@@ -94,6 +97,7 @@ class Corner:
 
     def __init__(self, node, angle, curved):
         self.node, self.angle, self.curved = node, angle, curved
+        self.nearly_smooth = TANGENT < abs(angle - math.pi) < NEARLY
 
 
 def plane_normal(face):
@@ -152,6 +156,8 @@ def _is_corner(uses, cell, corner):
     if corner.angle >= math.pi - FLAT and not corner.curved:
         return False
     if corner.angle > math.pi + FLAT:
+        return False
+    if corner.nearly_smooth:
         return False
     others = [kind for c, kind in uses[corner.node.number] if c != cell]
     return 2 not in others and len(others) >= 2
@@ -220,10 +226,10 @@ def add_corners(shell, face):
     counts = _share([angle for _, angle in stretches], lacking)
     closed = not chosen
     for (stretch, _), count in zip(stretches, counts):
-        if closed:  # no vertex to start from: the first point is one
-            count -= 1
-            cut_from(shell, stretch[0][0], _ends(stretch[0])[0])
-        for edge, t in _places(stretch, count):
+        places = _places(stretch, count)
+        if closed:  # no vertex to start from: as far as can be from the one that is none
+            places = _places(stretch, 2 * count - 1)[::2]
+        for edge, t in places:
             cut_from(shell, edge, t)
 
 

@@ -34,7 +34,8 @@ def _point(v):
 
 def _angles(first, last, breaks):
     """first, breaks, last, and what lies between so that no arc is longer than a quarter turn."""
-    stops = [first] + sorted(b for b in breaks if first < b < last) + [last]
+    least = 1e-9 * (last - first)  # ends of edges are known to so much after a file
+    stops = [first] + sorted(b for b in breaks if first + least < b < last - least) + [last]
     out = [first]
     for a, b in zip(stops, stops[1:]):
         n = max(1, math.ceil((b - a) / QUARTER - _SLACK))

@@ -59,8 +59,9 @@ class Filler:
         return row.reversed()
 
     def _snapped(self, face, axis, t):
-        """The very number of a break that t is but for rounding."""
-        for value in self.breaks[face.number][axis]:
+        """The very number of an end or a break that t is but for rounding."""
+        ends = (face.box[:2], face.box[2:])[axis]
+        for value in ends + tuple(sorted(self.breaks[face.number][axis])):
             if near(face, axis, value, t):
                 return value
         return t
@@ -89,8 +90,14 @@ class Filler:
         return net
 
     def free_sides(self, cell, positions):
-        """A free cell's four sides, as lists of arcs in the direction of u or v."""
+        """A free cell's four sides, as lists of arcs in the direction of u or v.
+
+        The first corner is the one with the least coordinates, wherever the loop begins.
+        """
         n, loop = len(cell.loop), cell.loop
+        places = [tuple(round(x, 9) for x in loop[i].a.point) for i in positions]
+        k = places.index(min(places))
+        positions = positions[k:] + positions[:k]
         sides = []
         for a, b in zip(positions, positions[1:] + positions[:1]):
             sides.append([loop[i % n] for i in range(a, b if b > a else b + n)])

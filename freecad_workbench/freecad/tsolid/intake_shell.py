@@ -8,11 +8,14 @@ Nodes are FreeCAD's vertices and those that cuts add on edges; an Edge keeps its
 an arc (the part of an edge between two nodes that follow each other) is a pair (edge, index).
 """
 
+import math
+
 import Part
 
-from .intake_exact import QUARTER
+from .intake_exact import QUARTER, is_trig
 
 TOLERANCE = 1e-7  # OCC's own confusion distance; edges may carry more
+ROUND = math.pi / 12  # files keep ten digits of angles; parts have round ones
 N_LINE = 32  # intervals in which a trim is compared with an isoline
 
 RIGID, PLANAR, CAP = "rigid", "planar", "cap"
@@ -285,22 +288,39 @@ def _place_all(face, shell):
         else:
             _place(face, edge)
     if not face.problems:
+        _tighten(face)
         _order_borders(face)
     if not face.problems and not all(face.borders):
         face.problem("", "a border of the face has no edge")
 
 
+def _knots(surface):
+    """Where the surface's own spans end, in u and v."""
+    if isinstance(surface, Part.BSplineSurface):
+        return surface.getUKnots(), surface.getVKnots()
+    basis = getattr(surface, "BasisCurve", None)
+    knots = basis.getKnots() if isinstance(basis, Part.BSplineCurve) else []
+    return ([], knots) if isinstance(surface, Part.SurfaceOfRevolution) else (knots, [])
+
+
 def _snap_to_knots(face):
-    """The face's parameter range, brought to knots that are the same place."""
+    """The face's parameter range, brought to knots that are the same place: else a span as narrow
+    as what a file format rounds away would be left."""
     surface = face.surface
-    if not isinstance(surface, Part.BSplineSurface):
-        return
-    resolution = surface.getResolution(TOLERANCE)
-    knots = (surface.getUKnots(), surface.getVKnots())
-    box = list(face.box)
+    knots, box = _knots(surface), list(face.box)
     for i in range(4):
+        if is_trig(surface, i // 2):
+            round_angle = ROUND * round(box[i] / ROUND)
+            if abs(round_angle - box[i]) <= 1e-8:
+                box[i] = round_angle
+    for i in range(4):
+        if not knots[i // 2]:
+            continue
         near = min(knots[i // 2], key=lambda k: abs(k - box[i]))
-        if abs(near - box[i]) <= resolution[i // 2]:
+        other = 0.5 * (face.box[2] + face.box[3] if i < 2 else face.box[0] + face.box[1])
+        places = [surface.value(*((x, other) if i < 2 else (other, x))) for x in (near, box[i])]
+        width = face.box[2 * (i // 2) + 1] - face.box[2 * (i // 2)]
+        if abs(near - box[i]) <= 1e-3 * width and (places[0] - places[1]).Length <= TOLERANCE:
             box[i] = near
     face.box = tuple(box)
 
@@ -369,6 +389,23 @@ def _place_seam(face, edge):
     for k in (1, 3) if across_u else (0, 2):
         face.borders[k].append((edge, True))
         edge.uses.append((face, k))
+
+
+def _tighten(face):
+    """The box of a face as its edges have it: OCC's own may be wider by the tolerance."""
+    box = list(face.box)
+    for k in range(4):
+        at, axis = (2, 1, 3, 0)[k], 1 - k % 2
+        values = []
+        for edge, _ in face.borders[k]:
+            curve = face.pcurve(edge)[0]
+            if not face.is_seam(edge.edge):
+                points = [curve.value(t) for t in (edge.first, edge.last)]
+                values += [(p.x, p.y)[axis] for p in points]
+        if values:
+            box[at] = math.fsum(values) / len(values)
+    face.box = tuple(box)
+    _snap_to_knots(face)
 
 
 def _order_borders(face):
