@@ -4,7 +4,9 @@
 The control points' coordinates are the coefficients of the functions x, y and z: a result that is
 known at every point, on rational solids too."""
 
+import json
 import os
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -12,9 +14,10 @@ import unittest
 import binding_parts
 import FreeCAD
 import numpy
+import Part
 from binding_parts import binding
 
-from freecad.tsolid import analysis, api, document, picture, results, section, tessellate
+from freecad.tsolid import analysis, api, document, files, picture, results, section, tessellate
 
 
 class Results(unittest.TestCase):
@@ -106,6 +109,26 @@ class Results(unittest.TestCase):
         )
         document.store(again, other)
         self.assertIsNone(results.of(again))  # of another solid
+
+    def test_faces_for_the_command(self):
+        """The command takes what is written of the faces, and every face has its area."""
+        self.doc = FreeCAD.newDocument()
+        source = self.doc.addObject("Part::Feature", "Source")
+        source.Shape = Part.makeBox(3, 4, 5)
+        obj = document.create(source)
+        document.set_options(obj, api.Options(effort="none"))
+        document.rebuild(obj)
+        for ending in (".regions", ".tsolid"):
+            files.write(obj, os.path.join(self.folder, "box" + ending))
+        command = os.path.join(os.path.dirname(binding_parts.library_path()), "tsolid")
+        words = ["export", "box.tsolid", "--matrices", "m", "--regions", "box.regions"]
+        subprocess.run([command] + words + ["--kinds", "mass"], cwd=self.folder, check=True)
+        with open(os.path.join(self.folder, "m", "index.json")) as stream:
+            faces = {face["name"]: face["area"] for face in json.load(stream)["faces"]}
+        wanted = {"Face%d" % (k + 1): face.Area for k, face in enumerate(source.Shape.Faces)}
+        self.assertEqual(set(faces), set(wanted))
+        for name, area in wanted.items():
+            self.assertAlmostEqual(faces[name] / area, 1, delta=1e-12)
 
     def test_what_does_not_fit(self):
         obj = self.object_of("box")

@@ -166,6 +166,11 @@ class ExtractionTest(unittest.TestCase):
         self.assertEqual(self.run_command(*words).returncode, 0)
         self.assertEqual(list(self.sets_of(self.path("r.bxt"))), ["whole"])
         with open(self.path("r.txt"), "w") as stream:
+            stream.write("a x_low 0 1 0 1\nb z_low 0 1 0 1\na y_high 0 1 0 1\n")
+        self.assertEqual(self.run_command(*words).returncode, 0)
+        sets = self.sets_of(self.path("r.bxt"))
+        self.assertEqual([{face for _, face in sets[name]} for name in sets], [{1, 4}, {5}])
+        with open(self.path("r.txt"), "w") as stream:
             stream.write("part x_low 0 0.123 0 1\n")
         run = self.run_command(*words)
         self.assertEqual(run.returncode, 1)

@@ -145,8 +145,9 @@ class FolderTest(unittest.TestCase):
             with open(self.path("both", "elasticity.petsc"), "rb") as two:
                 self.assertEqual(one.read(), two.read())
         root, half = index["faces"]
-        self.assertEqual((root["name"], root["side"], half["name"]), ("root", 0, "half-face"))
-        self.assertEqual((half["side"], half["box"]), (5, [0.0, 0.5, 0.0, 1.0]))
+        self.assertEqual((root["name"], half["name"]), ("root", "half-face"))
+        self.assertEqual(root["pieces"], [{"side": 0, "box": [0.0, 1.0, 0.0, 1.0]}])
+        self.assertEqual(half["pieces"], [{"side": 5, "box": [0.0, 0.5, 0.0, 1.0]}])
         whole = sum(analysis.face_load(self.context, solid, 5))
         self.assertAlmostEqual(half["area"] / whole, 0.5, delta=1e-9)  # symmetry of the sphere
         for face in (root, half):
@@ -160,6 +161,20 @@ class FolderTest(unittest.TestCase):
         self.assertTrue(numpy.array_equal(points, control[:, :3] / control[:, 3:]))
         table = self.read("both", "control.mtx")
         self.assertTrue(numpy.array_equal(table, numpy.column_stack([points, control[:, 3]])))
+
+    def test_a_face_in_pieces(self):
+        """Lines of one name: loads add up, sets unite."""
+        with open(self.path("p.txt"), "w") as stream:
+            stream.write("a x_low 0 1 0 1\nb z_high 0 1 0 1\na y_low 0 1 0 0.5\n")
+        index = self.export("wedge", "pieces", "--kinds", "mass", "--regions", "p.txt")
+        a, b = index["faces"]
+        self.assertEqual((a["name"], b["name"], len(a["pieces"])), ("a", "b", 2))
+        solid, boxes = self.solids["wedge"], ((0, (0, 1, 0, 1)), (2, (0, 1, 0, 0.5)))
+        loads = [analysis.face_load(self.context, solid, *box) for box in boxes]
+        found = self.read("pieces", "load_a.mtx").ravel()
+        self.assertTrue(numpy.array_equal(found, numpy.sum(loads, axis=0)))
+        sets = [analysis.face_functions(self.context, solid, *box) for box in boxes]
+        self.assertEqual(a["functions"], sorted(set(sets[0]) | set(sets[1])))
 
     def test_tables_read_back(self):
         rows = [(1.5, -2.0, 1e300), (0.1, 5e-324, 7.0)]
@@ -224,7 +239,6 @@ class FolderTest(unittest.TestCase):
         for text, words in (
             ("", "names no region"),
             ("a x_low 0 1 0\n", "Line 1"),
-            ("a x_low 0 1 0 1\na x_high 0 1 0 1\n", "'a' is there twice"),
             ("a side 0 1 0 1\n", "Line 1"),
             ("\n../b x_low 0 1 0 1\n", "Line 2"),
             ("a x_low 0.5 0.5 0 1\n", "Line 1"),

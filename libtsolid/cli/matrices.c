@@ -151,57 +151,98 @@ static tsolid_status write_control(const writer *w) {
 /* ---- faces -------------------------------------------------------------------------------------
  */
 
-static tsolid_status write_load(const writer *w, const tsolid_region *region, const char *name,
-                                double *load) {
-  double area = 0.0;
-  tsolid_status status = tsolid_face_load(w->context, w->solid, region, load);
-  for (int k = 0; k < w->n_functions; k++)
-    area += load[k];
+/* Room for all functions: loads of a piece and of the face; 1 where a function is in the set. */
+typedef struct scratch {
+  double *piece, *load;
+  int *function, *in_set;
+} scratch;
+
+/* Adds a piece of a face: its loads, and the functions that do not vanish on it. */
+static tsolid_status add_piece(const writer *w, const tsolid_region *region, scratch *s) {
+  int n = 0;
+  tsolid_status status = tsolid_face_load(w->context, w->solid, region, s->piece);
   if (!status)
-    status = write_vector(w, name, w->n_functions, load);
-  fprintf(w->index, "\n     \"area\": %.17g, \"load\": ", area);
-  put_files(w, name);
+    status = tsolid_face_functions(w->context, w->solid, region, w->n_surface, &n, s->function);
+  for (int k = 0; k < w->n_functions && !status; k++)
+    s->load[k] += s->piece[k];
+  for (int k = 0; k < n; k++)
+    s->in_set[s->function[k]] = 1;
   return status;
 }
 
-static tsolid_status write_functions(const writer *w, const tsolid_region *region, const char *name,
-                                     int *function) {
+static tsolid_status write_load(const writer *w, const char *name, const double *load) {
+  double area = 0.0;
+  for (int k = 0; k < w->n_functions; k++)
+    area += load[k];
+  fprintf(w->index, "],\n     \"area\": %.17g, \"load\": ", area);
+  put_files(w, name);
+  return write_vector(w, name, w->n_functions, load);
+}
+
+static tsolid_status write_set(const writer *w, const char *name, scratch *s) {
   int n = 0;
-  tsolid_status status =
-      tsolid_face_functions(w->context, w->solid, region, w->n_surface, &n, function);
-  if (!status && wanted(w, PETSC)) {
+  tsolid_status status = TSOLID_OK;
+  for (int k = w->n_functions - w->n_surface; k < w->n_functions; k++)
+    if (s->in_set[k])
+      s->function[n++] = k;
+  if (wanted(w, PETSC)) {
     const char *path = file_for(w, name, PETSC);
-    status = path ? tsolid_write_set_petsc(w->context, n, function, path) : TSOLID_ERROR_IO;
+    status = path ? tsolid_write_set_petsc(w->context, n, s->function, path) : TSOLID_ERROR_IO;
     fprintf(w->index, ",\n     \"functions_file\": \"%s%s\"", name, ending[PETSC]);
   }
   fprintf(w->index, ",\n     \"functions\": [");
   for (int k = 0; k < n; k++)
-    fprintf(w->index, "%s%d", k ? ", " : "", function[k]);
+    fprintf(w->index, "%s%d", k ? ", " : "", s->function[k]);
   fprintf(w->index, "]}");
   return status;
 }
 
-static tsolid_status write_faces(const writer *w) {
-  double *load = malloc((size_t)w->n_functions * sizeof *load);
-  int *function = malloc((size_t)w->n_surface * sizeof *function);
-  tsolid_status status = load && function ? TSOLID_OK : TSOLID_ERROR_MEMORY;
-  fprintf(w->index, "  \"faces\": [");
-  for (int k = 0; k < w->job->regions.n && !status; k++) {
-    const tsolid_region *region = &w->job->regions.region[k];
-    char name[CLI_NAME_SIZE];
-    fprintf(w->index,
-            "%s\n    {\"name\": \"%s\", \"side\": %d, \"box\": [%.17g, %.17g, %.17g, %.17g],",
-            k ? "," : "", region->name, region->side, region->box[0], region->box[1],
-            region->box[2], region->box[3]);
-    snprintf(name, sizeof name, "load_%.*s", CLI_NAME_SIZE / 2, region->name);
-    status = write_load(w, region, name, load);
-    snprintf(name, sizeof name, "functions_%.*s", CLI_NAME_SIZE / 2, region->name);
-    if (!status)
-      status = write_functions(w, region, name, function);
+/* The face that region `first` is the first piece of. */
+static tsolid_status write_face(const writer *w, int first, scratch *s) {
+  const tsolid_region *region = w->job->regions.region;
+  tsolid_status status = TSOLID_OK;
+  char name[CLI_NAME_SIZE];
+  memset(s->load, 0, (size_t)w->n_functions * sizeof *s->load);
+  memset(s->in_set, 0, (size_t)w->n_functions * sizeof *s->in_set);
+  fprintf(w->index, "%s\n    {\"name\": \"%s\", \"pieces\": [", first ? "," : "",
+          region[first].name);
+  for (int k = first; k < w->job->regions.n && !status; k++) {
+    const double *box = region[k].box;
+    if (strcmp(region[k].name, region[first].name) != 0)
+      continue;
+    status = add_piece(w, &region[k], s);
+    fprintf(w->index, "%s{\"side\": %d, \"box\": [%.17g, %.17g, %.17g, %.17g]}",
+            k > first ? ", " : "", region[k].side, box[0], box[1], box[2], box[3]);
   }
+  snprintf(name, sizeof name, "load_%.*s", CLI_NAME_SIZE / 2, region[first].name);
+  if (!status)
+    status = write_load(w, name, s->load);
+  snprintf(name, sizeof name, "functions_%.*s", CLI_NAME_SIZE / 2, region[first].name);
+  return status ? status : write_set(w, name, s);
+}
+
+static int is_first(const cli_regions *regions, int k) {
+  for (int m = 0; m < k; m++)
+    if (strcmp(regions->region[m].name, regions->region[k].name) == 0)
+      return 0;
+  return 1;
+}
+
+static tsolid_status write_faces(const writer *w) {
+  size_t n = (size_t)w->n_functions;
+  scratch s = {malloc(n * sizeof *s.piece), malloc(n * sizeof *s.load),
+               malloc(n * sizeof *s.function), malloc(n * sizeof *s.in_set)};
+  tsolid_status status =
+      s.piece && s.load && s.function && s.in_set ? TSOLID_OK : TSOLID_ERROR_MEMORY;
+  fprintf(w->index, "  \"faces\": [");
+  for (int k = 0; k < w->job->regions.n && !status; k++)
+    if (is_first(&w->job->regions, k))
+      status = write_face(w, k, &s);
   fprintf(w->index, "\n  ]\n");
-  free(load);
-  free(function);
+  free(s.piece);
+  free(s.load);
+  free(s.function);
+  free(s.in_set);
   return status;
 }
 

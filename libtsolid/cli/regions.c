@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
  * Named regions of the boundary, from a text file: one a line, NAME SIDE S0 S1 T0 T1, where SIDE is
- * x_low, x_high, ... z_high; '#' begins a comment. Without a file: the six sides. */
+ * x_low, x_high, ... z_high; '#' begins a comment. Lines of one name are pieces of one region.
+ * Without a file: the six sides. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -62,11 +63,6 @@ static int add_line(cli_regions *regions, const char *path, int number, char *li
               number, path, CLI_NAME_SIZE / 2, name);
     return 0;
   }
-  for (int k = 0; k < regions->n; k++)
-    if (strcmp(regions->region[k].name, name) == 0) {
-      cli_error("Line %d of '%s': '%s' is there twice", number, path, name);
-      return 0;
-    }
   return add_region(regions, name, which, box);
 }
 

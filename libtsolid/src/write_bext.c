@@ -377,27 +377,41 @@ static tsolid_status check_sets(tsolid_context *context, const tsolid_solid *sol
   return TSOLID_OK;
 }
 
-static void put_sets(tsi_output *out, const extraction *x, const tsolid_bext_options *options) {
-  const tsolid_space *space = x->solid->space;
-  for (int r = 0; r < options->n_regions; r++) {
-    const tsolid_region *region = &options->regions[r];
-    int n = 0;
-    for (int pass = 0; pass < 2; pass++) {
-      if (pass) {
-        tsi_output_text(out, "$#SIDE SET ");
-        tsi_output_text(out, region->name);
-        put_row(out, 1, &n);
-      }
-      for (int e = 0; e < space->n_elements; e++) {
-        if (!inside(x->solid, &space->element[e], region))
-          continue;
-        n += !pass;
-        if (pass) {
-          tsi_output_text(out, "$#");
-          put_row(out, 2, (const int[2]){x->number[e], 1 + region->side});
-        }
-      }
+/* Whether the element has a face in a piece of the set that region `first` is the first piece of:
+ * 1 + its side; 0: none. */
+static int face_in_set(const extraction *x, const tsolid_bext_options *options, int first, int e) {
+  const tsolid_region *region = options->regions;
+  for (int r = first; r < options->n_regions; r++)
+    if (strcmp(region[r].name, region[first].name) == 0 &&
+        inside(x->solid, &x->solid->space->element[e], &region[r]))
+      return 1 + region[r].side;
+  return 0;
+}
+
+static void put_set(tsi_output *out, const extraction *x, const tsolid_bext_options *options,
+                    int first) {
+  int n_elements = x->solid->space->n_elements, n = 0;
+  for (int e = 0; e < n_elements; e++)
+    n += face_in_set(x, options, first, e) != 0;
+  tsi_output_text(out, "$#SIDE SET ");
+  tsi_output_text(out, options->regions[first].name);
+  put_row(out, 1, &n);
+  for (int e = 0; e < n_elements; e++) {
+    int face = face_in_set(x, options, first, e);
+    if (face) {
+      tsi_output_text(out, "$#");
+      put_row(out, 2, (const int[2]){x->number[e], face});
     }
+  }
+}
+
+static void put_sets(tsi_output *out, const extraction *x, const tsolid_bext_options *options) {
+  for (int r = 0; r < options->n_regions; r++) {
+    int first = 0;
+    while (strcmp(options->regions[first].name, options->regions[r].name) != 0)
+      first++;
+    if (first == r)
+      put_set(out, x, options, r);
   }
 }
 

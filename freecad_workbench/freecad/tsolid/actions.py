@@ -304,7 +304,8 @@ def look_inside(obj, mode=None, colour=None, peel=None, cut=None, along_blocks=N
 
 
 def export(obj, path):
-    """Writes .html, .json, .csv (the report), .tsolid, .vtu or .tsb (the faces), by the ending."""
+    """Writes .html, .json, .csv (the report), .tsolid, .vtu (with the result, if there is one),
+    .tsb (the faces) or .regions (where they lie: for tsolid export), by the ending."""
     from . import files
 
     files.write(obj, path)

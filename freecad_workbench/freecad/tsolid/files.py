@@ -2,11 +2,12 @@
 """File, Open/Import/Export of FreeCAD for our formats, and the example parts."""
 
 import os
+import re
 
 import FreeCAD
 import Part
 
-from . import api, binding, convert, document, places, rows
+from . import api, binding, convert, document, places, results, rows
 from .surface import Surface
 
 
@@ -145,6 +146,7 @@ def write(obj, path):
         ".tsolid": _write_tsolid,
         ".vtu": _write_vtu,
         ".tsb": _write_tsb,
+        ".regions": _write_regions,
         ".html": _write_html,
         ".json": _write_json,
         ".csv": _write_csv,
@@ -181,8 +183,20 @@ def _write_tsolid(obj, path):
 
 def _write_vtu(obj, path):
     _built(obj)
-    context = binding.Context()
-    document.solid_of(obj, context).write_vtu(context, path)
+    results.write_vtu(obj, path)
+
+
+def _write_regions(obj, path):
+    """Where the part's faces lie on the solid's sides, for `tsolid export --regions`."""
+    from . import fem
+
+    _built(obj)
+    lines = []
+    for face, number, box in fem.regions_of(_report(obj)):
+        side = "%s_%s" % ("xyz"[number // 2], "high" if number % 2 else "low")
+        name = re.sub("[^A-Za-z0-9_-]", "_", face)
+        lines.append(" ".join([name, side] + ["%.17g" % x for x in box]) + "\n")
+    _write_bytes(path, "".join(lines).encode())
 
 
 def _write_tsb(obj, path):
