@@ -15,8 +15,8 @@ from .intake_shell import CAP, PLANAR, RIGID, arcs_of, near
 
 FLAT = math.radians(10.0)  # a straight border's vertex turning by less is no corner
 CURVED = math.radians(5.0)  # an edge turning by less is taken for straight
-# Two curves that only nearly pass into each other (arcs after a file format, say) make a bad corner;
-# one of 180 degrees and a little more cannot be filled. A point inside a smooth curve is better.
+# Two curves that only nearly pass into each other (arcs after a file format, say) make a bad
+# corner: one of 180 degrees and a little more cannot be filled. A point inside a smooth curve can.
 TANGENT, NEARLY = 1e-12, 1e-5
 N_TURN = 256  # tangents per edge by which its turning is measured
 
