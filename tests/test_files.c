@@ -72,8 +72,7 @@ static const char *last_text(const tsolid_context *context) {
   return n ? tsolid_context_finding(context, n - 1)->text : "";
 }
 
-/* ---- numbers -----------------------------------------------------------------------------------
- */
+/* ---- numbers ------------------------------------------------------------------------------ */
 
 static uint64_t random_state = 1;
 
