@@ -14,7 +14,15 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)
 
 from examples.assemblies import ASSEMBLIES  # noqa: E402
+from examples.cube_mesh import CubeMesh, write_model  # noqa: E402
 from examples.splines import write_tsb  # noqa: E402
+
+
+def write(part, path):
+    if isinstance(part, CubeMesh):
+        write_model(part, path, "patches")
+    else:
+        write_tsb(part, path)
 
 
 def main():
@@ -26,7 +34,7 @@ def main():
         folder = os.path.join(options.out, name)
         os.makedirs(folder, exist_ok=True)
         for part, patches in ASSEMBLIES[name]().items():
-            write_tsb(patches, os.path.join(folder, part + ".tsb"))
+            write(patches, os.path.join(folder, part + ".tsb"))
         print(folder)
     return 0
 

@@ -463,6 +463,33 @@ static void check_built_walls(tsolid_context *context) {
   }
 }
 
+/* Three in a row. The middle one's top and front have few knots, so that at their corners the rows
+ * along both borders are refined, and a line goes across to the contact on the other end. */
+static void check_corners(tsolid_context *context) {
+  for (int wavy = 0; wavy < 2; wavy++) {
+    tsolid_assembly_view view;
+    for (int k = 0; k < 3; k++) {
+      block b = plain_block(k, 0, 0, 0.05 * wavy, 3, 0);
+      b.axis[1] = plain_axis(3, wavy ? 3 : k == 0 ? 4 : 0);
+      b.axis[2] = plain_axis(3, wavy ? 3 : k == 2 ? 3 : 0);
+      scene_add_block(&s, &b);
+    }
+    for (int side = 0; !wavy && side < 2; side++) { /* faces with x-knots of their own */
+      block b = plain_block(1, 0, 0, 0.0, 3, 2 + 3 * side);
+      part other = make_block(&b);
+      tsolid_patch swap = s.part[1].patch[2 + side];
+      s.part[1].patch[2 + side] = other.patch[2 + side];
+      other.patch[2 + side] = swap;
+      part_free(&other);
+    }
+    tsolid_assembly *assembly = match(context, 0.0, &view);
+    CHECK(view.n_interfaces == 2);
+    check_joined(context, assembly, 1, 16.0);
+    tsolid_assembly_free(assembly);
+    scene_free(&s);
+  }
+}
+
 /* Copies: converted once; the same functions, a few ulp. */
 static void check_built_copies(tsolid_context *context) {
   static double placement[6][12];
@@ -522,10 +549,30 @@ static void check_memory(void) {
     failures += !done;
     if (!done && !CHECK(status == TSOLID_ERROR_MEMORY && assembly == NULL))
       break;
-    tsolid_assembly_free(assembly);
+    if (!done)
+      tsolid_assembly_free(assembly);
     tsolid_context_clear(context);
   }
   CHECK(done && failures > 50);
+  const tsolid_solid *solid[3] = {NULL, NULL, NULL};
+  for (int k = 0; k < 2; k++)
+    solid[k] = build_part(context, assembly, k);
+  done = 0;
+  for (long k = 0; !done && k < 20000; k++) {
+    tsolid_assembly *joined = NULL;
+    m.countdown = k;
+    tsolid_status status = tsolid_assembly_join(context, assembly, 3, solid, &joined);
+    m.countdown = -1;
+    done = status == TSOLID_OK;
+    if (!done && !CHECK(status == TSOLID_ERROR_MEMORY && joined == NULL))
+      break;
+    tsolid_assembly_free(joined);
+    tsolid_context_clear(context);
+  }
+  CHECK(done);
+  for (int k = 0; k < 2; k++)
+    tsolid_solid_free((tsolid_solid *)(size_t)solid[k]);
+  tsolid_assembly_free(assembly);
   tsolid_context_free(context);
   CHECK(m.live == 0);
   scene_free(&s);
@@ -545,6 +592,7 @@ int main(void) {
   check_copies(context);
   check_construction(context);
   check_built_walls(context);
+  check_corners(context);
   check_built_copies(context);
   check_times(context);
   check_memory();

@@ -406,6 +406,9 @@ static tsolid_status compare_contact(tsolid_context *context, const tsolid_assem
   for (int side = 0; side < 2 - one_frame; side++)
     if (!read_net(from, view, side, work, &to->arena, &record->net[side]))
       return tsi_no_memory(context, stage);
+  if (one_frame && !record->net[0].n[0]) /* a part that stands as it was given */
+    if (!read_net(from, view, 1, work, &to->arena, &record->net[0]))
+      return tsi_no_memory(context, stage);
   size_t n = (size_t)record->net[0].n[0] * (size_t)record->net[0].n[1];
   double *sorted = tsi_arena_new(work, n, 4 * sizeof *sorted);
   if (!sorted)

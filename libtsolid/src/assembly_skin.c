@@ -386,7 +386,12 @@ static tsolid_status read_skin(tsolid_context *context, tsolid_assembly *assembl
   tsolid_status status;
   if (source->tspline || source->bezier) {
     status = tsi_form_read(context, work, input, k, &tspline, &elements);
-    if (!status)
+    int done = status ? 0 : tspline.n ? -1 : -2;
+    if (done == -1)
+      done = tsi_tspline_to_patch(&assembly->arena, &tspline, input->points, &skin->patch);
+    if (!status && !done)
+      status = tsi_no_memory(context, stage);
+    if (!status && done < 0)
       status =
           patch_from_elements(context, &assembly->arena, &elements, input->points, &skin->patch);
   } else {

@@ -481,8 +481,18 @@ static int is_less(const double *a, const double *b) {
   return 0;
 }
 
-/* Every group takes its least point, unless that is farther than the tolerance. */
-static void unite_points(spaces *s, points *p) {
+/* Whether the part's points are as they were given: all of its patches must be refinable. */
+static int stands(const spaces *s, int k) {
+  const tsi_member *part = &s->assembly->part[s->assembly->skin[k].part];
+  for (int i = part->first; i < part->end; i++)
+    if (!s->draft[i].refinable)
+      return 1;
+  return 0;
+}
+
+/* Every group takes its least point, one of a part that stands as it is if there is any, unless
+ * that is farther than the tolerance. */
+static int unite_points(spaces *s, points *p) {
   const tsolid_assembly *assembly = s->assembly;
   size_t n = p->first[assembly->n_skins];
   for (int i = 0; i < assembly->n_contacts; i++)
@@ -490,10 +500,17 @@ static void unite_points(spaces *s, points *p) {
   for (int k = 0; k < assembly->n_skins; k++)
     for (int b = 0; b < 4; b++)
       join_seam(s, p, k, b);
+  unsigned char *stays = tsi_arena_new(s->arena, n, 1);
+  if (!stays)
+    return 0;
+  for (int k = 0; k < assembly->n_skins; k++)
+    if (s->draft[k].has_contact && stands(s, k))
+      memset(stays + p->first[k], 1, p->first[k + 1] - p->first[k]);
   for (size_t i = 0; i < n; i++) {
-    int root = find_root(p->parent, (int)i);
-    if (is_less(p->value + 4 * i, p->value + 4 * (size_t)p->best[root]))
-      p->best[root] = (int)i;
+    int *best = &p->best[find_root(p->parent, (int)i)];
+    int better = is_less(p->value + 4 * i, p->value + 4 * (size_t)*best);
+    if (stays[i] != stays[*best] ? stays[i] : better)
+      *best = (int)i;
   }
   for (int k = 0; k < assembly->n_skins; k++)
     for (size_t i = p->first[k]; i < p->first[k + 1]; i++) {
@@ -503,6 +520,7 @@ static void unite_points(spaces *s, points *p) {
           fabs(own[3] / to[3] - 1.0) <= 1e-8)
         memcpy(own, to, 4 * sizeof *own);
     }
+  return 1;
 }
 
 /* ---- inputs ------------------------------------------------------------------------------------
@@ -600,10 +618,10 @@ tsolid_status tsi_assembly_prepare(tsolid_context *context, tsolid_assembly *ass
     done = refine_skin(&s, k);
   done = done && match_weights(&s) && open_points(&s, &p);
   tsolid_status status = done ? TSOLID_OK : tsi_no_memory(context, stage);
-  if (!status) {
-    unite_points(&s, &p);
+  if (!status && !unite_points(&s, &p))
+    status = tsi_no_memory(context, stage);
+  if (!status)
     status = write_inputs(&s, &p);
-  }
   if (!status && s.failed) {
     tsolid_finding finding = tsi_finding(TSOLID_WARNING, TSOLID_OK, stage);
     tsi_report(context, &finding,

@@ -218,6 +218,7 @@ static int name_piece(const piece_maker *m, const tsi_facet *source, int piece,
   const double *domain = m->to->domain[piece];
   static const int end_of_border[4] = {2, 1, 3, 0}; /* v low, u high, v high, u low */
   facet->patch = source->patch;
+  facet->fixed = source->fixed;
   facet->name = source->name;
   for (int b = 0; b < 4; b++) {
     int end = end_of_border[b], u = b == 1 || b == 2, v = 2 + (b >= 2);

@@ -285,3 +285,98 @@ int tsi_tspline_refine_row(tsi_arena *arena, tsi_tspline *tspline, int along, in
   tspline->n = count;
   return 1;
 }
+
+/* ---- back to tensor products -------------------------------------------------------------------
+ */
+
+/* The local knots on [0,1]: one that lies outside of p equal ones on the end makes no difference
+ * inside. 0: others do. */
+static int clamp_local(const double *local, int degree, double *to) {
+  for (int i = 0; i < degree + 2; i++)
+    to[i] = local[i] < 0.0 ? 0.0 : local[i] > 1.0 ? 1.0 : local[i];
+  return (local[0] >= 0.0 || (local[1] == 0.0 && local[degree] == 0.0)) &&
+         (local[degree + 1] <= 1.0 || (local[1] == 1.0 && local[degree] == 1.0));
+}
+
+/* Adds the local knots, all of one length, unless they are there. Returns their number then. */
+static int add_vector(int n, int width, double *list, const double *local) {
+  for (int i = 0; i < n; i++)
+    if (memcmp(list + width * i, local, (size_t)width * sizeof *local) == 0)
+      return n;
+  memcpy(list + width * n, local, (size_t)width * sizeof *local);
+  return n + 1;
+}
+
+/* The function of the clamped knots that has these local ones, or -1. */
+static int find_place(int n, int degree, const double *knots, const double *local) {
+  for (int i = 0; i < n; i++)
+    if (memcmp(knots + i, local, (size_t)(degree + 2) * sizeof *local) == 0)
+      return i;
+  return -1;
+}
+
+/* The one knot vector whose functions are the distinct ones of direction d. 1, 0, -1 as below. */
+static int find_clamped(tsi_arena *arena, const tsi_tspline *tspline, int d, tsi_patch *patch) {
+  enum { MOST = 512 };
+  int degree = tspline->degree[d], width = degree + 2, n = 0, at = 0, next;
+  double local[TSI_MAX_DEGREE + 2];
+  double *list = tsi_arena_new(arena, MOST * (size_t)width, sizeof *list);
+  double *knots = tsi_arena_new(arena, MOST + (size_t)width, sizeof *knots);
+  if (!list || !knots)
+    return 0;
+  for (int k = 0; k < tspline->n; k++) {
+    if (n == MOST || !clamp_local(local_knots(tspline, k, d), degree, local))
+      return -1;
+    n = add_vector(n, width, list, local);
+  }
+  for (int i = 0; i < n; i++) /* the first starts with degree + 1 zeros */
+    at = list[width * i + degree] == 0.0 ? i : at;
+  memcpy(knots, list + width * at, (size_t)width * sizeof *knots);
+  for (int i = 1; i < n; i++, at = next) {
+    next = -1;
+    for (int k = 0; k < n && next < 0; k++)
+      if (k != at &&
+          memcmp(list + width * k, list + width * at + 1, (size_t)(width - 1) * sizeof *list) == 0)
+        next = k;
+    if (next < 0)
+      return -1;
+    knots[i + width - 1] = list[width * next + width - 1];
+  }
+  patch->degree[d] = degree;
+  patch->n[d] = n;
+  patch->knots[d] = knots;
+  return knots[0] == 0.0 && knots[degree] == 0.0 && knots[n] == 1.0 && knots[n + degree] == 1.0
+             ? 1
+             : -1;
+}
+
+int tsi_tspline_to_patch(tsi_arena *arena, const tsi_tspline *tspline, const double *control,
+                         tsi_patch *patch) {
+  double local[2][TSI_MAX_DEGREE + 2];
+  for (int d = 0; d < 2; d++) {
+    int found = find_clamped(arena, tspline, d, patch);
+    if (found <= 0)
+      return found;
+  }
+  if ((double)patch->n[0] * patch->n[1] != (double)tspline->n)
+    return -1;
+  unsigned char *seen = tsi_arena_new(arena, (size_t)tspline->n, 1);
+  patch->control = tsi_arena_new(arena, (size_t)tspline->n, 4 * sizeof *patch->control);
+  if (!seen || !patch->control)
+    return 0;
+  for (int k = 0; k < tspline->n; k++) {
+    int i[2];
+    for (int d = 0; d < 2; d++) {
+      clamp_local(local_knots(tspline, k, d), patch->degree[d], local[d]);
+      i[d] = find_place(patch->n[d], patch->degree[d], patch->knots[d], local[d]);
+      if (i[d] < 0)
+        return -1;
+    }
+    size_t at = (size_t)i[0] + (size_t)patch->n[0] * (size_t)i[1];
+    if (seen[at]++)
+      return -1;
+    memcpy(patch->control + 4 * at, control + 4 * (size_t)tspline->blend[k].point,
+           4 * sizeof *control);
+  }
+  return 1;
+}

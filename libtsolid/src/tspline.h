@@ -50,6 +50,11 @@ int tsi_tspline_refine_row(tsi_arena *arena, tsi_tspline *tspline, int along, in
 /* How many functions of the row for `to` are not in it yet. */
 int tsi_tspline_count_new(const tsi_tspline *tspline, int along, int end, int n, const double *to);
 
+/* The NURBS patch of a T-spline that is one: its functions are all products of two clamped knot
+ * vectors'. control: homogeneous, by point. Returns 1, 0 for want of memory, -1 when it is none. */
+int tsi_tspline_to_patch(tsi_arena *arena, const tsi_tspline *tspline, const double *control,
+                         tsi_patch *patch);
+
 /* Bezier elements with coefficients raised to `degree`: the boxes that the knot lines of all
  * functions cut [0,1]^2 into, lines that end inside a box led on through it. Functions are rows of
  * control points; a function that is there twice is two entries. Refuses what is too large with a

@@ -7,6 +7,8 @@ from math import cos, radians, sin
 
 import numpy as np
 
+from .cube_mesh import CubeMesh
+from .models import interpolate, sharp
 from .splines import control_volume, interpolated_volume, uniform_knots
 
 UNIT = 20.0  # mm: the edge of a block
@@ -103,7 +105,58 @@ def wall():
             for k, j, i in product(range(3), range(3), range(4))}
 
 
+# ---- propeller ----------------------------------------------------------------------------------
+# Polynomials of at most the third degree in each variable: the blade's root is a rectangle of the
+# shaft's surface, exactly.
+
+ROOT = (1 / 4, 1 / 4)  # half the blade's root, as parts of the shaft's half length and half width
+
+
+def shaft_surface(x, b, c):
+    """x, b, c in [-1, 1]: along the shaft and across; thicker in the middle, where the hub is."""
+    swell = 1 + 0.35 * (1 - x * x)
+    return [80 * x, 22 * b * (1 + 0.15 * (1 - c * c)) * swell,
+            22 * c * (1 + 0.15 * (1 - b * b)) * swell]
+
+
+def blade_shape(u, v, w):
+    """From the root (u = 0) outward; v along the chord, w through the thickness. The chord turns
+    from along the shaft to across it, and the blade is swept back and thinned."""
+    x, b = ROOT[0] * (2 * v - 1), ROOT[1] * (2 * w - 1)
+    point = shaft_surface(x, b, 1)
+    along, through = 2 * v - 1, 2 * w - 1
+    return [point[0] + u * (12 * along - 14 * u), point[1] + u * (34 * along - 5 * through),
+            point[2] + u * (100 - 8 * along * along)]
+
+
+def propeller():
+    """A shaft with a hub and two blades, which sit on rectangles of its sides."""
+    def shaft_point(u, v, w):
+        return shaft_surface(2 * u - 1, 2 * v - 1, 2 * w - 1)
+
+    cubic = (3, 3, 3)
+    shaft = interpolated_volume(shaft_point, cubic, [uniform_knots(3, n) for n in (4, 1, 1)])
+    blade = interpolated_volume(blade_shape, cubic, [uniform_knots(3, n) for n in (2, 3, 1)])
+    half_turn = [[1, 0, 0], [0, -1, 0], [0, 0, -1]]
+    return {"shaft": shaft.faces(), "blade1": blade.faces(),
+            "blade2": moved(blade.faces(), rotation=half_turn)}
+
+
+def propeller_tspline():
+    """The same with one blade as a T-spline: finer along its leading edge, not at root and tip."""
+    lines = [[0, 1 / 4, 1 / 2, 3 / 4, 1], [0, 1 / 4, 1 / 2, 3 / 4, 7 / 8, 1], [0, 1 / 2, 1]]
+
+    def present(axis, i, point):
+        return axis != 1 or lines[1][i - 1] != 7 / 8 or 1 / 4 < point[0] < 3 / 4
+
+    mesh = CubeMesh([sharp(row) for row in lines], present)
+    return dict(propeller(), blade2=interpolate(
+        mesh, lambda unit: [s * x for s, x in zip((1, -1, -1), blade_shape(*unit))]))
+
+
 ASSEMBLIES = {
+    "propeller_tspline": propeller_tspline,
+    "propeller": propeller,
     "pair": pair,
     "pair_refined": pair_refined,
     "pair_gap_1e-6": lambda: pair_apart(1e-6),
