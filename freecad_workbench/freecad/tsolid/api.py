@@ -18,7 +18,7 @@ import os
 import tempfile
 import time
 
-from . import binding, convert, evidence
+from . import binding, convert, evidence, intake_suggest
 from .header import Severity, Status, Verdict
 
 EFFORTS = ("default", "none", "quick", "thorough")  # the library's numbers 0..3
@@ -121,7 +121,11 @@ class Part:
             return given
         name = getattr(given, "Label", "")
         shape = convert.shape_of(given)
-        sources, notes = convert.sources_of_shape(shape, tell, corners)
+        try:
+            sources, notes = convert.sources_of_shape(shape, tell, corners)
+        except binding.Refused as error:
+            error.findings += intake_suggest.findings(shape)
+            raise
         return cls(sources, notes_of(given) + notes, shape.Solids[0], name)
 
     @classmethod

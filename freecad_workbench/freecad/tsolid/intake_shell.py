@@ -10,6 +10,7 @@ an arc (the part of an edge between two nodes that follow each other) is a pair 
 
 import math
 
+import FreeCAD
 import Part
 
 from .intake_exact import QUARTER, is_trig
@@ -111,8 +112,25 @@ class Face:
         this face uses it: its orientation tells which side of a closed surface is meant."""
         if edge.number not in self._curves:
             own = next(e for e in self.uses if e.isSame(edge.edge))
-            self._curves[edge.number] = self.face.curveOnSurface(own)
+            given = self.face.curveOnSurface(own)
+            if given is not None:
+                given = (_Shifted(given[0], self._shift(*given[:3])),) + tuple(given[1:])
+            self._curves[edge.number] = given
         return self._curves[edge.number]
+
+    def _shift(self, curve, first, last):
+        """Whole periods that bring a curve into the face's box: an edge on the seam of a closed
+        surface has a curve on either side of it, and the wrong one may be given."""
+        p = curve.value(0.5 * (first + last))
+        out = []
+        for axis, x in enumerate((p.x, p.y)):
+            low, high = (self.box[:2], self.box[2:])[axis]
+            step = _period(self.surface, axis)
+            shifts = (0.0, step, -step) if step else (0.0,)
+            far = {s: max(low - (x + s), x + s - high, 0.0) for s in shifts}
+            best = min(shifts, key=far.get)
+            out.append(best if far[best] < far[0.0] - 1e-6 * (high - low) else 0.0)
+        return out
 
     def is_seam(self, occ):
         """Does the face use this edge twice? (Edge.isSeam is true also of half a tube's.)"""
@@ -148,6 +166,27 @@ class Face:
             row = row if forward else row[::-1]
             out += row[1:] if out else row
         return out
+
+
+class _Shifted:
+    """A curve in the parameter plane, moved."""
+
+    def __init__(self, curve, shift):
+        self._curve, self._by = curve, FreeCAD.Base.Vector2d(*shift)
+
+    def value(self, t):
+        return self._curve.value(t) + self._by
+
+
+def _period(surface, axis):
+    """After how much of a parameter a closed surface repeats, or comes back; 0: it does not."""
+    if is_trig(surface, axis):
+        return 2.0 * math.pi
+    if isinstance(surface, Part.BSplineSurface):
+        closed = (surface.isUClosed, surface.isVClosed)[axis]()
+        bounds = surface.bounds()
+        return bounds[2 * axis + 1] - bounds[2 * axis] if closed else 0.0
+    return 0.0
 
 
 def _uses(face):
