@@ -274,7 +274,10 @@ class Refusals(unittest.TestCase):
     def test_check_gives_rows_instead_of_raising(self):
         result = api.check(Part.makeSphere(5))
         self.assertFalse(result.satisfied)
-        self.assertEqual({r["verdict"] for r in result.rows()}, {"refused"})
+        refused = [r for r in result.rows() if r["verdict"] == "refused"]
+        (suggestion,) = [r for r in result.rows() if r["verdict"] != "refused"]
+        self.assertTrue(refused)
+        self.assertRegex(suggestion["what"], "a cut with the plane [xyz] = 0")
         self.assertIn("Vertex2", result.text())
         self.assertEqual(api.build(Part.makeSphere(5)).exit_code, 1)
 

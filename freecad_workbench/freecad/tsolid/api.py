@@ -218,7 +218,10 @@ class CheckResult:
                 "  %d faces, %d edges, %d vertices; closed, genus %d; eight corners, 12 isolines"
                 % (need["n_patches"], need["n_edges"], need["n_vertices"], need["genus"])
             )
-        shown = [f for f in self.findings if self.satisfied or f.severity != Severity.NOTE]
+        shown = [
+            f for f in self.findings
+            if self.satisfied or f.severity != Severity.NOTE or f.stage == intake_suggest.STAGE
+        ]
         return "\n".join(lines + _finding_lines(shown))
 
 

@@ -2,8 +2,8 @@
 """One planar cut that would make acceptable parts of a refused one, as a suggestion.
 
 Tried are planes through the middle of the part and through the axes of its round faces, along the
-coordinate planes and across and along the axes. A plane is suggested when both sides of it are single
-solids that the intake takes. Everything is bounded: part, number of planes, time.
+coordinate planes and across and along the axes. A plane is suggested when both sides of it are
+single solids that the intake takes. Everything is bounded: part, number of planes, time.
 """
 
 import time
@@ -12,8 +12,11 @@ import FreeCAD
 import Part
 
 from . import binding, intake_patches
-from .intake_refuse import note, problems_of
+from .binding import finding
+from .header import Severity
+from .intake_refuse import problems_of
 
+STAGE = "suggestion"
 SECONDS = 2.0
 MAX_FACES = 40
 _NEAR = 1e-6
@@ -104,7 +107,7 @@ def findings(shape):
                 break
             if _works(solid, plane):
                 text = "a cut with the plane %s would make two parts that can be taken" % plane
-                return [note("", text)]
+                return [finding(Severity.NOTE, STAGE, "", text)]
     except (Part.OCCError, ValueError, RuntimeError, TypeError, IndexError, ZeroDivisionError):
         pass  # it was only a suggestion
     return []
