@@ -12,6 +12,7 @@ import zlib
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PACKAGE = os.path.join(ROOT, "freecad_workbench")
 FREECAD = os.environ.get("TSOLID_FREECADCMD", "freecadcmd")
+LAUNCHER = os.path.join(ROOT, "freecad_workbench", "bin", "tsolid-freecad")
 EXIT_BASE = 40  # exit codes of what runs inside FreeCADCmd; it has 0 and 1 for ends of its own
 sys.path.insert(0, PACKAGE)
 
@@ -122,6 +123,21 @@ def run_in_freecad(script, *arguments, **environment):
         stderr=subprocess.STDOUT,
     )
     return run.returncode - EXIT_BASE, run.stdout.decode("utf-8", "replace")
+
+
+def launch(*arguments, cwd=None, **environment):
+    """Runs the launcher: exit code, stdout, stderr."""
+    given = {"TSOLID_LIBRARY": library_path()}
+    given.update(environment)
+    run = subprocess.run(
+        [LAUNCHER] + list(arguments),
+        cwd=cwd,
+        env=dict(os.environ, **given),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    return run.returncode, run.stdout.decode(), run.stderr.decode()
 
 
 def run(module):

@@ -14,9 +14,8 @@ import time
 import unittest
 
 import binding_parts
-from binding_parts import ROOT, run_in_freecad
+from binding_parts import LAUNCHER, ROOT, launch, run_in_freecad
 
-LAUNCHER = os.path.join(ROOT, "freecad_workbench", "bin", "tsolid-freecad")
 SCHEMA = os.path.join(ROOT, "resources", "report.schema.json")
 SHARED = os.path.join(os.path.dirname(ROOT), "shared", "data")
 OUTPUTS = ("%s.FCStd", "%s.tsolid", "%s.vtu", "report.html", "report.json")
@@ -25,21 +24,6 @@ NOBODY = 65534
 
 def outputs(name):
     return sorted(x % name if "%" in x else x for x in OUTPUTS)
-
-
-def launch(*arguments, cwd=None, **environment):
-    """Runs the launcher: exit code, stdout, stderr."""
-    given = {"TSOLID_LIBRARY": binding_parts.library_path()}
-    given.update(environment)
-    run = subprocess.run(
-        [LAUNCHER] + list(arguments),
-        cwd=cwd,
-        env=dict(os.environ, **given),
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-    )
-    return run.returncode, run.stdout.decode(), run.stderr.decode()
 
 
 class Inside(unittest.TestCase):

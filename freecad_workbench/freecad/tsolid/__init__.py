@@ -12,6 +12,7 @@ library and binding do not.
 _API = {
     "check": "actions",
     "check_assembly": "actions",
+    "build_assembly": "actions",
     "build": "actions",
     "rebuild": "actions",
     "report": "actions",

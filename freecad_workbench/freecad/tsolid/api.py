@@ -105,6 +105,8 @@ def notes_of(given):
 class Part:
     """The faces of one part, as sources that can be measured, and notes on their conversion."""
 
+    keeps_solid = False  # whether a build's result keeps the solid as built, not only as stored
+
     def __init__(self, sources, notes=(), shape=None, name=""):
         self.sources = sources
         self.patches = [p for s in sources for p in s.patches]
@@ -371,6 +373,7 @@ def build(given, options=None, progress=None, **keywords):
         result.findings = _unique(result.findings + context.findings() + error.findings)
         return result
     result.tsolid, result.solid = _through_file(context, built)
+    result.made = built if result.part.keeps_solid else None
     result.shape = result.part.solid_shape(result.boundary)
     measured = binding.Report.measure(context, result.solid)
     clock.stop("report")

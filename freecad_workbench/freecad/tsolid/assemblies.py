@@ -4,12 +4,15 @@
     import freecad.tsolid as ts
     result = ts.check_assembly(App.ActiveDocument)        # or a list of objects, or a shape
     result.verdict, result.watertight, result.text()
+    result = ts.build_assembly(App.ActiveDocument)        # solids that share what is at contacts
+    result.built[0].report, result.interfaces[0].gap_after
 
 Two ways of looking are put together, contact by contact. FreeCAD's kernel measures any faces, as
 they are (contacts.py). The library compares control points of the parts that can become hex blocks,
 and so proves which contacts are one and the same surface (assembly.py).
 """
 
+import collections
 import json
 
 import FreeCAD
@@ -31,13 +34,16 @@ class Interface:
     kind: exact (same functions and control points), geometric (after exact refinement), partial
     (one covers a part of the other), coincident (the same within the tolerance, not proved) or
     near. gap: largest distance as FreeCAD's kernel measures it, or the library where the kernel
-    has seen nothing; deviation: of control points, None where they were not compared."""
+    has seen nothing; deviation: of control points, None where they were not compared. After a
+    build, None where it is not known: same_functions, same_bits (control points agree bit for bit),
+    gap_after (largest distance of both solids' own points) and ulp_after (the same in units of the
+    last place)."""
 
     def __init__(self, parts, faces, kind, gap, point, deviation=None):
         self.parts, self.faces = tuple(parts), tuple(faces)
         self.kind, self.gap, self.point = kind, gap, point
         self.deviation = deviation
-        self.by_kernel = False
+        self.same_functions = self.same_bits = self.gap_after = self.ulp_after = None
 
     @property
     def tight(self):
@@ -52,20 +58,24 @@ class Clash:
 
 
 class AssemblyResult:
-    """What was found. parts: members.Member; refused: {number of a part: its findings}; report:
-    the library's JSON report as a dict with what FreeCAD's kernel measured under "kernel"."""
+    """What was found. parts: members.Member; frames: the placements of their patches; refused:
+    {number of a part: its findings}; report: the library's JSON report as a dict with what
+    FreeCAD's kernel measured under "kernel"; built: {number of a first part: api.BuildResult}."""
 
     def __init__(self, name, parts):
         self.name, self.parts = name, parts
-        self.refused = {}
+        self.frames, self.refused = [], {}
         self.interfaces, self.clashes, self.free = [], [], []
         self.findings = []
         self.report = {}
+        self.built = {}
 
     @property
     def verdict(self):
         if self.clashes:
             return CLASHES
+        if self.built and any(p.first not in self._solids() for p in self.parts):
+            return INCOMPLETE
         return WATERTIGHT if all(i.tight for i in self.interfaces) else GAPS
 
     @property
@@ -74,9 +84,17 @@ class AssemblyResult:
 
     satisfied = watertight  # as results of other checks call it
 
+    def _solids(self):
+        return {k: r.solid for k, r in self.built.items() if r.solid is not None}
+
     @property
     def exit_code(self):
-        return 0 if self.watertight else 2
+        """0: watertight, and all solids that were built are proved; 1: a part could not be done;
+        2: gaps, clashes or a solid without proof."""
+        if self.verdict == INCOMPLETE:
+            return 1
+        proved = all(r.verdict == "positive" for r in self.built.values())
+        return 0 if self.watertight and proved else 2
 
     @property
     def gap(self):
@@ -94,6 +112,9 @@ class AssemblyResult:
     def headline(self, tr=lambda text: text):
         if self.verdict == CLASHES:
             return tr("Parts penetrate each other: %d clashes.") % len(self.clashes)
+        if self.verdict == INCOMPLETE:
+            return tr("Incomplete: %d of %d parts have no solid.") % (
+                sum(p.first not in self._solids() for p in self.parts), len(self.parts))
         if self.verdict == GAPS:
             return tr("Not watertight: gaps of up to %.6g.") % self.gap
         if not self.interfaces:
@@ -109,11 +130,13 @@ class AssemblyResult:
         for c in self.clashes:
             lines.append("  clash (%s): %s%s" % (c.kind, self.where(c), _at(c)))
         for i in self.interfaces:
-            lines.append("  %s: %s, gap %.3g%s" % (i.kind, self.where(i), i.gap,
-                                                   "" if i.tight else _at(i)))
+            lines.append("  %s: %s, gap %.3g%s%s" % (
+                i.kind, self.where(i), i.gap, "" if i.tight else _at(i), _after(i)))
         for k, findings in sorted(self.refused.items()):
             text = "  %s cannot become hex blocks: %s" % (self.parts[k].name, findings[0])
             lines.append(text)
+        for k, built in sorted(self.built.items()):
+            lines.append("  %s: %s" % (self.parts[k].name, built.verdict))
         return "\n".join(api.visible(line) for line in lines)
 
     def as_dict(self):
@@ -126,6 +149,18 @@ def _at(row):
     volume = getattr(row, "volume", None)
     words = ", %.6g of volume" % volume if volume else ""
     return "%s near (%.6g, %.6g, %.6g)" % ((words,) + tuple(row.point))
+
+
+def _after(i):
+    """What a contact is after the build."""
+    if i.gap_after is None:
+        return ""
+    text = ", after: gap %.3g" % i.gap_after
+    if i.same_bits:
+        return text + ", the same functions and control points bit for bit"
+    if i.same_functions:
+        return text + " (%.0f ulp), the same functions" % i.ulp_after
+    return text
 
 
 # ---- what comes in -------------------------------------------------------------------------------
@@ -142,11 +177,19 @@ def parts_of(given):
     return members.of_objects(list(given))
 
 
-def _patches(part):
-    """The part's patches in its own frame (without the placement it shares with no copy)."""
+def _frame(part, n_copies):
+    """The placement that stays outside of a part's patches: none where it has no copies, so that
+    contacts are in one frame."""
+    return part.placement if n_copies > 1 else FreeCAD.Placement()
+
+
+def _in_frame(part, frame):
+    """The part's faces where its frame is the identity."""
     shape = part.shape.copy()
-    shape.Placement = FreeCAD.Placement()
-    return api.Part.of(shape)
+    shape.Placement = frame.inverse().multiply(shape.Placement)
+    taken = api.Part.of(shape)
+    taken.name = part.name
+    return taken
 
 
 def _matrix(placement):
@@ -186,6 +229,79 @@ def check_objects(objects, gap=None, progress=None):
     return AssemblyJob(objects, gap).run(progress).result if found is None else found
 
 
+# ---- the build -----------------------------------------------------------------------------------
+
+
+class _OwnParameters:
+    """A boundary made of patches whose parameters run over [0,1], seen in those of the faces."""
+
+    def __init__(self, boundary, patches):
+        self._boundary, self._patches = boundary, patches
+
+    def __getattr__(self, name):
+        return getattr(self._boundary, name)
+
+    def placements(self, k):
+        return [_OwnPlacement(p, self._patches[k]) for p in self._boundary.placements(k)]
+
+
+class _OwnPlacement:
+    def __init__(self, placement, patch):
+        self._placement = placement
+        self._range = [(knots[0], knots[-1]) for knots in patch.knots]
+        self.domain = [a + x * (b - a) for x, (a, b) in
+                       zip(placement.domain, (self._range[0],) * 2 + (self._range[1],) * 2)]
+
+    def __getattr__(self, name):
+        return getattr(self._placement, name)
+
+    def map(self, u, v):
+        (a, b), (c, d) = self._range
+        return self._placement.map((u - a) / (b - a), (v - c) / (d - c))
+
+
+class _Prepared(api.Part):
+    """A part whose boundary is made ready for its contacts."""
+
+    keeps_solid = True  # it knows where its patches lie, which the contacts' records need
+
+    def __init__(self, part, assembly, number):
+        super().__init__(part.sources, part.notes, part.shape, part.name)
+        self._assembly, self._number = assembly, number
+
+    def boundary(self, context, options):
+        made = self._assembly.boundary(context, self._number, self.patches)
+        if not self._assembly.is_prepared(self._number):
+            return made
+        return _OwnParameters(made, self.patches)
+
+
+def build(given, options=None, gap=None, progress=None, name="Assembly"):
+    """Checks, then builds every part that can become hex blocks; both sides of a contact that is
+    one surface refer to the same control points, weights and knots. A part that fails is told, and
+    the others are done. Copies are built once."""
+    return build_parts(parts_of(given), api.options_from(options, {}), gap, progress, name)
+
+
+def build_parts(parts, options, gap=None, progress=None, name="Assembly"):
+    """The same of members.Member."""
+    result = _started(parts, name)
+    context, found, taken = _compare(result, gap, options.tolerance, progress)
+    for k in sorted(taken):
+        result.built[k] = api.build(_Prepared(taken[k], found, k), options, progress)
+        if result.built[k].solid is None:
+            _refuse(result, k, result.built[k].findings)
+    for k in sorted({p.first for p in parts} - set(taken)):
+        result.built[k] = api.BuildResult(parts[k].name, result.refused.get(k, []), {})
+    made = [getattr(result.built[p.first], "made", None) for p in parts]
+    joined = found.joined(context, made)
+    _after_build(result, joined, taken)
+    kernel = result.report["kernel"]
+    result.report = json.loads(joined.json(context))
+    result.report.update(kernel=kernel, verdict=result.verdict)
+    return result
+
+
 # ---- the check -----------------------------------------------------------------------------------
 
 
@@ -200,9 +316,23 @@ def check(given, gap=None, tolerance=0.0, progress=None, name="Assembly"):
 
 def check_parts(parts, gap=None, tolerance=0.0, progress=None, name="Assembly"):
     """The same of members.Member."""
+    result = _started(parts, name)
+    _compare(result, gap, tolerance, progress)
+    return result
+
+
+def _started(parts, name):
     if len(parts) < 2:
         raise ValueError("an assembly has two parts or more: %d found" % len(parts))
+    copies = collections.Counter(p.first for p in parts)
     result = AssemblyResult(name, parts)
+    result.frames = [_frame(p, copies[p.first]) for p in parts]
+    return result
+
+
+def _compare(result, gap, tolerance, progress):
+    """Fills the result; gives what a build goes on with: (context, Assembly, {first: api.Part})."""
+    parts = result.parts
 
     def tell(stage):
         def step(fraction):
@@ -212,11 +342,8 @@ def check_parts(parts, gap=None, tolerance=0.0, progress=None, name="Assembly"):
 
     taken = _take(result, tell("shape"))
     context = binding.Context(progress)
-    sources = [taken[p.first].patches if p.first in taken else [] for p in parts]
-    copies = {}  # one list for all copies: that is how the library knows them
-    for k, part in enumerate(parts):
-        sources[k] = copies.setdefault(part.first, sources[k])
-    rows = [(p.name, s, _matrix(p.placement)) for p, s in zip(parts, sources)]
+    sources = {p.first: taken[p.first].patches if p.first in taken else [] for p in parts}
+    rows = [(p.name, sources[p.first], _matrix(f)) for p, f in zip(parts, result.frames)]
     found = Assembly.create(context, rows, tolerance, gap or 0.0)
     kernel = contacts.find([p.shape for p in parts], gap, tell("kernel"))
     result.report = json.loads(found.json(context))
@@ -224,7 +351,7 @@ def check_parts(parts, gap=None, tolerance=0.0, progress=None, name="Assembly"):
     _merge(result, found, kernel, taken)
     result.report["kernel"] = _kernel_dict(result, kernel)
     result.report["verdict"] = result.verdict
-    return result
+    return context, found, taken
 
 
 def _take(result, tell):
@@ -234,12 +361,17 @@ def _take(result, tell):
     for n, k in enumerate(firsts):
         tell(n / len(firsts))
         try:
-            taken[k] = _patches(result.parts[k])
+            taken[k] = _in_frame(result.parts[k], result.frames[k])
         except binding.Refused as error:
-            for m, part in enumerate(result.parts):
-                if part.first == k:
-                    result.refused[m] = [f for f in error.findings if f.severity == Severity.ERROR]
+            _refuse(result, k, error.findings)
     return taken
+
+
+def _refuse(result, first, findings):
+    errors = [f for f in findings if f.severity == Severity.ERROR]
+    for m, part in enumerate(result.parts):
+        if part.first == first:
+            result.refused[m] = errors
 
 
 def _merge(result, found, kernel, taken):
@@ -256,7 +388,7 @@ def _merge(result, found, kernel, taken):
             continue
         key = _key(contact.members, ["Face%d" % (f + 1) for f in contact.faces])
         row = rows.setdefault(key, Interface(*key, _OF_KERNEL[contact.kind], 0.0, None))
-        row.gap, row.point, row.by_kernel = contact.gap, contact.place, True
+        row.gap, row.point = contact.gap, contact.place
     result.interfaces = [rows[key] for key in sorted(rows)]
     known = {tuple(sorted(c.parts)) for c in result.clashes}
     for c in found.clashes:
@@ -269,6 +401,21 @@ def _merge(result, found, kernel, taken):
     clashing = {tuple(sorted(c.parts)) for c in result.clashes}
     result.interfaces = [i for i in result.interfaces if tuple(sorted(i.parts)) not in clashing]
     result.free = _free_faces(result)
+
+
+def _after_build(result, joined, taken):
+    """What the contacts have become, on the rows that are there."""
+    rows = {(i.parts, i.faces): i for i in result.interfaces}
+    for found in joined.interfaces:
+        faces = [_face_name(taken, result.parts[p], k)
+                 for p, k in zip(found["part"], found["patch"])]
+        row = rows.get(_key(found["part"], faces))
+        if row is None or found["same_functions"] < 0:
+            continue
+        for name, worse in (("same_functions", min), ("same_bits", min), ("gap_after", max),
+                            ("ulp_after", max)):
+            old, new = getattr(row, name), found[name]
+            setattr(row, name, new if old is None else worse(old, new))
 
 
 def _key(parts, faces):

@@ -68,6 +68,10 @@ class Assembly(_Handle):
         view = self.view
         return [as_dict(view.free_face[k]) for k in range(view.n_free)]
 
+    def is_prepared(self, part):
+        """Whether a part's boundary is another than that of its source."""
+        return bool(self.library.tsolid_assembly_boundary_input(self.handle, part))
+
     def boundary(self, context, part, source=None):
         """The boundary of a part, made ready for its contacts; of the part's own source (as given
         to create) where it cannot be."""

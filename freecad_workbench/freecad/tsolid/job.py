@@ -57,7 +57,7 @@ class _Progress:
 
 # ---- reading ---------------------------------------------------------------------------------
 
-_SHAPES = {
+SHAPES = {
     ".step": "step",
     ".stp": "step",
     ".brep": "brep",
@@ -75,8 +75,8 @@ def read_part(path, stage, corners=()):
         return api.Part.read_tsb(path, name)
     if suffix == ".fcstd":
         shape = _shape_of_document(path, stage)
-    elif suffix in _SHAPES:
-        shape = _shape_of_file(path, stage, _SHAPES[suffix])
+    elif suffix in SHAPES:
+        shape = shape_of_file(path, stage, SHAPES[suffix])
     else:
         raise Failure(
             "%s: only STEP, BREP, IGES, FCStd and .tsb files are read, by their endings" % path
@@ -96,7 +96,7 @@ def _plain_copy(path, stage, suffix):
     return plain
 
 
-def _shape_of_file(path, stage, suffix):
+def shape_of_file(path, stage, suffix):
     import Part
 
     plain = _plain_copy(path, stage, suffix)
@@ -111,16 +111,23 @@ def _shape_of_file(path, stage, suffix):
     return shape
 
 
-def _shape_of_document(path, stage):
+def open_document(path, stage):
+    """The document of an FCStd file, and the copy that it was opened from."""
     import FreeCAD
 
     plain = _plain_copy(path, stage, "FCStd")
     if not zipfile.is_zipfile(plain):
         raise Failure("%s is not a FreeCAD document" % path)
     try:
-        document = FreeCAD.openDocument(plain)
+        return FreeCAD.openDocument(plain), plain
     except Exception as error:
         raise Failure("%s cannot be opened: %s" % (path, error)) from None
+
+
+def _shape_of_document(path, stage):
+    import FreeCAD
+
+    document, plain = open_document(path, stage)
     found = [o for o in document.Objects if _is_part(o)]
     if len(found) != 1:
         names = ", ".join(o.Label for o in found) or "none"
@@ -245,34 +252,56 @@ def commit(stage, names, out):
 # ---- the job ---------------------------------------------------------------------------------
 
 
-def _options(text):
-    """key=value pairs that the launcher has checked for their characters."""
+def _options(text, more=None):
+    """key=value pairs whose characters the launcher has checked: api.Options, and a dict of those
+    that `more` knows (name: how to read it)."""
     given = dict(pair.split("=", 1) for pair in text.split())
+    more = more or {}
     kinds = {"effort": str, "octree": str, "tolerance": float,
              "corners": lambda names: names.split(","),
              "analysis_suitable": {"on": True, "off": False}.__getitem__}
     values = {}
     for key, value in given.items():
         try:
-            values[key] = kinds.get(key, int)(value)
+            values[key] = more.get(key, kinds.get(key, int))(value)
         except (ValueError, KeyError):
             raise Failure("--%s has no such value: %s" % (key.replace("_", "-"), value)) from None
     try:
-        return api.Options(**values)
+        extra = {key: values.pop(key) for key in list(values) if key in more}
+        return api.Options(**values), extra
     except ValueError as error:
         raise Failure(str(error)) from None
 
 
+def _run_assembly(path, out, stage, options):
+    from . import assembly_job
+
+    progress = _Progress()
+    options, extra = _options(options, assembly_job.OPTIONS)
+    result, names = assembly_job.run(path, out, stage, options, extra, progress)
+    progress.clear()
+    for name in names:
+        if os.path.isdir(os.path.join(out, name)):
+            raise Failure("%s is a directory" % os.path.join(out, name))
+    commit(stage, names, out)
+    _say(_OUT if result.exit_code == 0 else _ERR, result.text())
+    for written in names:
+        _say(_OUT, api.visible("  wrote %s" % os.path.join(out, written)))
+    return result.exit_code
+
+
 def run(command, path, out, stage, options):
     """One check or build; returns our exit code."""
-    progress = _Progress()
-    name = os.path.splitext(os.path.basename(path))[0]
     binding.load()  # a missing library before anything else
-    options = _options(options)
     if not os.path.exists(path):
         raise Failure("%s does not exist" % path)
     if not os.path.isfile(path):
         raise Failure("%s is not a file" % path)
+    if command == "assembly":
+        return _run_assembly(path, out, stage, options)
+    progress = _Progress()
+    name = os.path.splitext(os.path.basename(path))[0]
+    options, _ = _options(options)
     if command == "build":
         check_targets(path, out, name)
         write_page = _page_writer()
