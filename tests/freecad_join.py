@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Runs inside FreeCADCmd: freecad_join.py OUT.step A.tsb B.tsb ... makes one STEP file of the parts;
+"""Runs inside FreeCADCmd: freecad_join.py OUT.step A.tsb ... makes one STEP file of the parts;
 freecad_join.py OUT.FCStd SHAPE makes a document of one of the trees below."""
 
 import os
