@@ -490,6 +490,30 @@ static void check_corners(tsolid_context *context) {
   }
 }
 
+/* A part whose top is two patches that end on a border of the contact's patch, which is cut there.
+ */
+static void check_pieces(tsolid_context *context) {
+  tsolid_assembly_view view;
+  block a = plain_block(0, 0, 0, 0.0, 3, 1), b = plain_block(1, 0, 0, 0.0, 2, 0), cut = a;
+  cut.axis[1].n_strips = 2;
+  cut.axis[1].strip[0] = cut.axis[1].strip[1] = (strip){.degree = 4, .n_inner = 1, .inner = {0.5}};
+  part whole = make_block(&a), split = make_block(&cut);
+  part mixed = {7, calloc(7, sizeof *mixed.patch)};
+  for (int k = 0; k < 7; k++) {
+    const tsolid_patch *from = k < 5 ? &whole.patch[k] : &split.patch[split.n - 7 + k];
+    mixed.patch[k] = reorient_patch(from, k & 1, 0, k > 4);
+  }
+  part_free(&whole);
+  part_free(&split);
+  scene_add(&s, mixed);
+  scene_add_block(&s, &b);
+  tsolid_assembly *assembly = match(context, 0.0, &view);
+  CHECK(view.n_interfaces == 1 && view.verdict == TSOLID_ASSEMBLY_WATERTIGHT);
+  check_joined(context, assembly, 1, 16.0);
+  tsolid_assembly_free(assembly);
+  scene_free(&s);
+}
+
 /* Copies: converted once; the same functions, a few ulp. */
 static void check_built_copies(tsolid_context *context) {
   static double placement[6][12];
@@ -593,6 +617,7 @@ int main(void) {
   check_construction(context);
   check_built_walls(context);
   check_corners(context);
+  check_pieces(context);
   check_built_copies(context);
   check_times(context);
   check_memory();

@@ -11,6 +11,8 @@
  *            multiplicity in a patch that goes on beyond them (the surface stays as smooth as it
  *            is there, its functions are continuous only);
  *   seams    a patch with a contact has the knots of its neighbours, as whole lines;
+ *   pieces   where borders meet in pieces the same holds for their parts, and the isolines that the
+ *            stage cuts patches along are lines of full multiplicity here;
  *   corners  other patches get the line that the stage would give them where both rows at a corner
  *            are refined (see refine_rows.c).
  *
@@ -31,7 +33,7 @@ static const char stage[] = "assembly";
 static const double knot_resolution = 1e-11;
 static const double weight_resolution = 1e-10;
 
-enum { MOST_KNOTS = 4000, MOST_ROUNDS = 200 };
+enum { MOST_KNOTS = 4000, MOST_ROUNDS = 200, MOST_PATCHES = 1000 };
 
 typedef struct draft_skin {
   int has_contact, refinable;
@@ -48,7 +50,15 @@ typedef struct spaces {
   draft_skin *draft; /* by skin; prototypes' only */
   int *parent;       /* of directions: 2 * skin + d */
   int changed, failed, no_memory;
+  int n_pieces, piece_capacity;
+  struct seam_piece *piece;
 } spaces;
+
+/* Part of a border against part of another: knots x of `from` are offset + scale x of `to`. */
+typedef struct seam_piece {
+  int from, to, along_from, along_to;
+  double offset, scale;
+} seam_piece;
 
 /* The prototype's skin. */
 static int origin_of(const tsolid_assembly *assembly, int skin) {
@@ -108,6 +118,9 @@ static void find_degrees(spaces *s) {
       if (assembly->skin[k].mate[b] >= 0)
         join(s->parent, 2 * k + (b & 1),
              2 * (assembly->skin[k].mate[b] / 4) + (assembly->skin[k].mate[b] & 1));
+  for (int i = 0; i < s->n_pieces; i++)
+    join(s->parent, 2 * s->piece[i].from + s->piece[i].along_from,
+         2 * s->piece[i].to + s->piece[i].along_to);
   for (int i = 0; i < assembly->n_contacts; i++) {
     const tsi_contact *c = &assembly->contact[i];
     for (int d = 0; d < 2 && is_common(c); d++)
@@ -243,6 +256,100 @@ static void settle_corner(spaces *s, int k, int corner) {
   need_knot(s, k, along, united[along], 1);
 }
 
+/* ---- borders that meet in pieces ---------------------------------------------------------------
+ */
+
+/* The parameter of x along a border of the skin; 0: x is not on it. */
+static int find_on_border(const tsi_skin *skin, int border, const double x[3], double *at) {
+  tsi_foot foot;
+  for (int c = 0; c < 3; c++)
+    if (x[c] < skin->box[c] - skin->tolerance || x[c] > skin->box[3 + c] + skin->tolerance)
+      return 0;
+  tsi_foot_find(skin, x, NULL, &foot);
+  double across = foot.uv[1 - (border & 1)], end = border == 1 || border == 2 ? 1.0 : 0.0;
+  *at = foot.uv[border & 1];
+  if (fabs(*at - ldexp(round(ldexp(*at, 20)), -20)) < 1e-10)
+    *at = ldexp(round(ldexp(*at, 20)), -20);
+  return foot.distance <= skin->tolerance && fabs(across - end) <= 1e-7;
+}
+
+/* The boundary stage cuts patches along isolines where others end on their borders: the same lines,
+ * and where they lead, are known here before. */
+static void cut_at(spaces *s, const tsi_member *part, const double x[3], int depth) {
+  if (depth > 64 || s->failed || s->no_memory)
+    return;
+  for (int k = part->first; k < part->end; k++)
+    for (int b = 0; b < 4; b++) {
+      const tsi_skin *skin = &s->assembly->skin[k];
+      double at, far[3], uv[2];
+      int d = b & 1, first;
+      if (!find_on_border(skin, b, x, &at) || at < 1e-7 || at > 1.0 - 1e-7 ||
+          count_near(&s->draft[k], d, at, &first) >= s->draft[k].degree[d])
+        continue;
+      need_knot(s, k, d, at, s->draft[k].degree[d]);
+      uv[d] = at;
+      uv[1 - d] = b == 1 || b == 2 ? 0.0 : 1.0;
+      tsi_skin_point(skin, uv[0], uv[1], far);
+      if (s->draft[k].refinable)
+        cut_at(s, part, far, depth + 1);
+    }
+}
+
+static void add_piece(spaces *s, seam_piece piece) {
+  if (s->n_pieces == s->piece_capacity) {
+    int capacity = 2 * s->piece_capacity + 16;
+    seam_piece *grown = tsi_arena_new(s->arena, (size_t)capacity, sizeof *grown);
+    if (!grown) {
+      s->no_memory = 1;
+      return;
+    }
+    if (s->n_pieces)
+      memcpy(grown, s->piece, (size_t)s->n_pieces * sizeof *grown);
+    s->piece = grown;
+    s->piece_capacity = capacity;
+  }
+  s->piece[s->n_pieces++] = piece;
+}
+
+/* Border c of skin m against border b of skin k, one of them within the other. */
+static void find_piece(spaces *s, int k, int b, int m, int c) {
+  const tsi_skin *to = &s->assembly->skin[k], *from = &s->assembly->skin[m];
+  double x[2];
+  if (find_on_border(to, b, from->corner[low_corner[c]], &x[0]) &&
+      find_on_border(to, b, from->corner[high_corner[c]], &x[1]) && fabs(x[1] - x[0]) > 1e-7)
+    add_piece(s, (seam_piece){m, k, c & 1, b & 1, x[0], x[1] - x[0]});
+  else if (find_on_border(from, c, to->corner[low_corner[b]], &x[0]) &&
+           find_on_border(from, c, to->corner[high_corner[b]], &x[1]) && fabs(x[1] - x[0]) > 1e-7)
+    add_piece(s, (seam_piece){m, k, c & 1, b & 1, -x[0] / (x[1] - x[0]), 1.0 / (x[1] - x[0])});
+}
+
+/* Of parts whose borders do not all meet as wholes. */
+static int meets_in_pieces(const spaces *s, int p) {
+  return !s->assembly->part[p].closed && s->assembly->part[p].prototype == p;
+}
+
+static void find_pieces(spaces *s) {
+  const tsolid_assembly *assembly = s->assembly;
+  for (int p = 0; p < assembly->n_parts; p++) {
+    const tsi_member *part = &assembly->part[p];
+    int n = part->end - part->first;
+    n = meets_in_pieces(s, p) && n <= MOST_PATCHES ? 4 * n : 0; /* every border against every one */
+    for (int i = 0; i < n * n; i++) {
+      int k = part->first + i / n / 4, b = i / n % 4, m = part->first + i % n / 4, c = i % 4;
+      if (m != k && assembly->skin[k].mate[b] == -1 && assembly->skin[m].mate[c] == -1)
+        find_piece(s, k, b, m, c);
+    }
+  }
+}
+
+static void cut_patches(spaces *s) {
+  const tsolid_assembly *assembly = s->assembly;
+  for (int p = 0; p < assembly->n_parts; p++)
+    for (int k = assembly->part[p].first; meets_in_pieces(s, p) && k < assembly->part[p].end; k++)
+      for (int c = 0; c < 4; c++)
+        cut_at(s, &assembly->part[p], assembly->skin[k].corner[c], 0);
+}
+
 static void spread_knots(spaces *s) {
   const tsolid_assembly *assembly = s->assembly;
   s->changed = 1;
@@ -253,6 +360,10 @@ static void spread_knots(spaces *s) {
     for (int i = 0; i < assembly->n_contacts; i++)
       if (is_common(&assembly->contact[i]))
         pass_contact(s, &assembly->contact[i]);
+    for (int i = 0; i < s->n_pieces; i++)
+      if (s->draft[s->piece[i].to].has_contact)
+        pass_knots(s, s->piece[i].from, s->piece[i].along_from, s->piece[i].offset,
+                   s->piece[i].scale, s->piece[i].to, s->piece[i].along_to);
     for (int k = 0; k < assembly->n_skins; k++) {
       for (int b = 0; b < 4 && s->draft[k].has_contact; b++)
         pass_seam(s, k, b);
@@ -607,12 +718,15 @@ tsolid_status tsi_assembly_prepare(tsolid_context *context, tsolid_assembly *ass
   done = s.draft && s.parent && assembly->prepared;
   if (done) {
     begin_drafts(&s);
+    find_pieces(&s);
     find_degrees(&s);
   }
   for (int k = 0; done && k < assembly->n_skins; k++)
     done = begin_skin(&s, k);
-  if (done)
+  if (done) {
+    cut_patches(&s);
     spread_knots(&s);
+  }
   done = done && !s.no_memory;
   for (int k = 0; done && k < assembly->n_skins; k++)
     done = refine_skin(&s, k);
