@@ -126,6 +126,39 @@ def mesh_refused():
     assert "is not a solid T-spline" in h.status_bar(), h.status_bar()
 
 
+def result_as_colours():
+    """A result on the solid, here the height, is coloured on the surface and in the cut; a rebuild
+    takes it away."""
+    from freecad.tsolid import document, results
+
+    doc = App.newDocument("Result")
+    obj, made = beam(doc)
+    solid = document.solid_of(made)
+    control = [solid.control[k, d] for k in range(solid.space.n_functions) for d in (2, 3)]
+    heights = [z / w for z, w in zip(control[::2], control[1::2])]
+    results.put(made, "height", heights)
+    select(made)
+    click(tool_button("Tsolid_LookInside"))
+    colour = part("colour", QtGui.QComboBox)
+    names = [colour.itemText(k) for k in range(colour.count())]
+    choose(colour, names.index("Result"))
+    view = made.ViewObject
+    assert str(view.ColourBy) == "Result"
+    legend = part("legend")
+    assert legend.scale is not None, "no scale"
+    low, high = legend.scale
+    assert abs(low) < 1e-9 and abs(high - 10.0) < 1e-9, legend.scale
+    h.picture("colour_Result")
+    close_panel()
+    obj.Height = 12
+    doc.recompute()
+    select(made)
+    click(tool_button("Tsolid_Rebuild"))
+    until(h.finished, what="the rebuild")
+    close_panel()
+    assert results.of(made) is None
+
+
 def names_in(place):
     return [a.objectName() for a in place.actions()]
 
@@ -224,5 +257,6 @@ def solve(doc, analysis):
 
 
 CASES = (
-    mesh_with_hex_blocks, mesh_follows_the_solid, mesh_refused, solved_in_the_fem_workbench,
+    mesh_with_hex_blocks, mesh_follows_the_solid, mesh_refused, result_as_colours,
+    solved_in_the_fem_workbench,
 )
