@@ -279,7 +279,7 @@ TAKEN = {
 
 
 # Bends need smaller elements than those that the faces' own spans give.
-OPTIONS = {"bent bar": {"refine_knots": 1}, "half ring": {"refine_knots": 1}}
+OPTIONS = {"bent bar": {"refine_knots": 1, "min_cells": 6}, "half ring": {"refine_knots": 1}}
 
 
 # ---- refused ---------------------------------------------------------------------------------
