@@ -117,10 +117,22 @@ class Contacts(unittest.TestCase):
     def test_faces_on_faces(self):
         contact = self.one(BOX, box_at(10))
         self.assertEqual((contact.kind, contact.faces, contact.gap), ("contact", (1, 0), 0.0))
+        contact = self.one(BOX, box_at(10, 3, 4, 1), gap=2.0)
+        self.assertEqual((contact.kind, contact.gap), ("partial contact", 0.0))
         contact = self.one(BOX, box_at(10, 5))
         self.assertEqual((contact.kind, contact.gap), ("partial contact", 0.0))
         for share in contact.covered:
             self.assertAlmostEqual(share, 0.5, delta=0.1)
+
+    def test_points_beside_a_smaller_face(self):
+        """On a cylinder with a sleeve of a third round it, points beside the sleeve are within the
+        reach, but not in the contact."""
+        inner = Part.makeCylinder(5, 30)
+        outer = Part.makeCylinder(7, 10, Vector(0, 0, 10), Vector(0, 0, 1), 120)
+        sleeve = outer.cut(inner)
+        contact = self.one(inner, sleeve, gap=3.0)
+        self.assertEqual(contact.kind, "partial contact")
+        self.assertLess(contact.gap, 1e-9)
 
     def test_gaps(self):
         for gap in (1e-6, 1e-3, 0.1):

@@ -3,8 +3,9 @@
 each other, gaps, and solids that penetrate each other. Works on any solids, also on those that are
 no solid T-splines' business.
 
-A pair of faces is judged at points of both: a grid inside and points on all edges. Those whose
-distance from the other face is at most `reach` are its contact; their largest distance is the gap.
+A pair of faces is judged at points of both: a grid inside and points on all edges. Those that
+stand over the other face, no farther from it than `reach`, are its contact; their largest distance
+is the gap.
 What is smaller than the grid is not seen. Penetration is a common volume, by a boolean operation.
 """
 
@@ -16,6 +17,7 @@ KINDS = ("contact", "partial contact", "near contact", "clash")
 CONTACT, PARTIAL, NEAR, CLASH = KINDS
 GRID = 7  # points per direction inside a face, and per edge
 TOLERANCE = 1e-7
+BESIDE = 1.001  # a little beside a face that is not parallel still counts as over it
 
 
 class Contact:
@@ -56,15 +58,22 @@ def _points(face):
 
 
 def _distance(face, point):
-    """The distance of a point from a face; inf when its foot on the surface lies outside."""
-    surface = face.Surface
+    """The distance of a point from a face that it stands over; inf when it stands beside it, that
+    is, when its foot is on the border and the way there is no normal."""
     try:
-        u, v = surface.parameter(point)
-        if face.isPartOfDomain(u, v):
-            return (surface.value(u, v) - point).Length
+        u, v = face.Surface.parameter(point)
+        way = point - face.Surface.value(u, v)
+        if not face.isPartOfDomain(u, v):
+            foot = Part.Vertex(point).distToShape(face)[1][0][1]
+            way = point - foot
+            u, v = face.Surface.parameter(foot)
+        distance = way.Length
+        if distance <= TOLERANCE:
+            return distance
+        along = abs(way.dot(face.normalAt(u, v)))
     except (Part.OCCError, RuntimeError):
-        pass
-    return Part.Vertex(point).distToShape(face)[0]
+        return math.inf
+    return distance if distance <= BESIDE * along else math.inf
 
 
 def _touching(points, face, reach):
