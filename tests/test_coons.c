@@ -276,6 +276,30 @@ static void test_arcs(tsolid_context *context) {
   }
 }
 
+/* Far from the origin round-off bends the corners of a disc by so much as its size tells, to either
+ * side: they are singular all the same. Near it, or bent by more, they are what they are. */
+static void test_far_disc(tsolid_context *context) {
+  static const double far[3] = {1e5, 2e5, -3e5}, none[3] = {0, 0, 0};
+  static const struct {
+    double bend;
+    int is_far, taken;
+  } cases[] = {{0.0, 1, 1}, {0.0, 0, 1}, {1e-9, 0, 0}, {1e-6, 1, 0}, {1e-6, 0, 0}};
+  for (int k = 0; k < 5; k++) {
+    tsi_arena arena = tsi_arena_create(context);
+    flat_loop loop = circle(3.0);
+    loop.border[0].point[1][1] -= 3.0 * cases[k].bend;
+    flat_move(&loop, cases[k].is_far ? far : none, 1.0);
+    made m = make(context, &arena, &loop, NULL);
+    CHECK((m.coons != NULL) == cases[k].taken);
+    if (m.coons) {
+      CHECK(m.report.n_singular == 4);
+      CHECK(sample_worst(&m.read, m.report.normal, 30) > 0.0);
+    }
+    tsolid_coons_free(m.coons);
+    tsi_arena_free(&arena);
+  }
+}
+
 /* ---- repair ------------------------------------------------------------------------------------
  */
 
@@ -786,6 +810,7 @@ int main(void) {
     return 1;
   test_random(context);
   test_arcs(context);
+  test_far_disc(context);
   test_repair(context);
   test_prisms(context);
   test_linear_factor(context);

@@ -126,12 +126,15 @@ static void make_unit(double v[3], double size) {
 }
 
 /* Point and n at local (x, y) of the element. n points to the inside of the part in the canonical
- * position: along s x t on the low side of axis 0 and 2, where (s, t, inward) is right-handed. */
-static void normal_at(const patch_net *net, double x, double y, double point[3], double normal[3]) {
+ * position: along s x t on the low side of axis 0 and 2, where (s, t, inward) is right-handed.
+ * Returns the shorter of the legs: what control points beside a corner are away from it. */
+static double normal_at(const patch_net *net, double x, double y, double point[3],
+                        double normal[3]) {
   double h[16], e[12];
   const double local[3] = {x, y, 0.0};
   tsi_bezier_evaluate(net->degree, net->point, 4, local, 1, h);
   tsi_project(1, h, e);
+  double leg = fmin(norm(e + 3) / net->degree[0], norm(e + 6) / net->degree[1]);
   make_unit(e + 3, net->size);
   make_unit(e + 6, net->size);
   cross(e + 3, e + 6, normal);
@@ -140,6 +143,7 @@ static void normal_at(const patch_net *net, double x, double y, double point[3],
     point[i] = e[i];
     normal[i] = turned ? -normal[i] : normal[i];
   }
+  return leg;
 }
 
 /* ---- corners ------------------------------------------------------------------------------------
@@ -157,21 +161,27 @@ static int element_at(const tsi_side *side, double s, double t) {
 static void find_singular(tsi_corner *c) {
   int any = 0;
   for (int i = 0; i < 3; i++) {
-    c->singular[i] = norm(c->normal[i]) <= TSI_SINGULAR_TOLERANCE;
+    double sine = norm(c->normal[i]);
+    c->singular[i] = sine <= c->tolerance;
     any |= c->singular[i];
+    c->sine = fmax(c->sine, c->singular[i] ? sine : 0.0);
   }
   for (int i = 0; i < 3; i++) {
     int j = (i + 1) % 3;
-    if (c->singular[i] || c->singular[j] ||
-        segment_distance(c->normal[i], c->normal[j]) > TSI_SINGULAR_TOLERANCE)
+    double sine = segment_distance(c->normal[i], c->normal[j]);
+    if (c->singular[i] || c->singular[j] || sine > c->tolerance)
       continue;
     c->singular[i] = c->singular[j] = any = 1;
+    c->sine = fmax(c->sine, sine);
   }
-  if (!any && c->bound <= TSI_SINGULAR_TOLERANCE)
+  if (!any && c->bound <= c->tolerance) {
     c->singular[0] = c->singular[1] = c->singular[2] = 1;
+    c->sine = c->bound;
+  }
 }
 
 void tsi_corner_measure(const tsolid_boundary *boundary, int corner, tsi_corner *result) {
+  double leg = INFINITY;
   memset(result, 0, sizeof *result);
   for (int axis = 0; axis < 3; axis++) {
     int side = 2 * axis + (corner >> axis & 1);
@@ -181,8 +191,9 @@ void tsi_corner_measure(const tsolid_boundary *boundary, int corner, tsi_corner 
       continue;
     patch_net net;
     load_net(boundary, side, e, &net);
-    normal_at(&net, s, t, result->point, result->normal[axis]);
+    leg = fmin(leg, normal_at(&net, s, t, result->point, result->normal[axis]));
   }
+  result->tolerance = tsi_singular_tolerance(boundary->scale, leg);
   result->bound = tsi_hull_distance(3, (const double(*)[3])result->normal);
   find_singular(result);
 }
@@ -290,6 +301,7 @@ static void bound_isoline(const tsolid_boundary *boundary, int isoline, border_e
 tsolid_status tsi_boundary_bound(tsolid_context *context, const tsolid_boundary *boundary,
                                  double *bound, double point[3]) {
   best b = {INFINITY, {0.0, 0.0, 0.0}};
+  double tolerance = TSI_SINGULAR_TOLERANCE;
   tsolid_status status = TSOLID_OK;
   tsi_arena arena = tsi_arena_create(context);
   size_t most = 0;
@@ -306,12 +318,13 @@ tsolid_status tsi_boundary_bound(tsolid_context *context, const tsolid_boundary 
     tsi_corner c;
     tsi_corner_measure(boundary, corner, &c);
     take(&b, c.bound, c.point);
+    tolerance = fmax(tolerance, c.tolerance);
   }
   for (int isoline = 0; isoline < 12; isoline++)
     bound_isoline(boundary, isoline, list, &b);
   for (int side = 0; side < 6; side++)
     bound_side(boundary, side, &b);
-  *bound = b.bound > TSI_SINGULAR_TOLERANCE ? b.bound : 0.0;
+  *bound = b.bound > tolerance ? b.bound : 0.0;
   memcpy(point, b.point, sizeof b.point);
 done:
   tsi_arena_free(&arena);

@@ -3,19 +3,34 @@
 #ifndef TSI_BOUNDARY_BOUND_H
 #define TSI_BOUNDARY_BOUND_H
 
+#include "bernstein_product.h"
 #include "internal.h"
 
 /* Relative: tangents are normalised before they are compared. */
 #define TSI_SINGULAR_TOLERANCE 1e-12
 
+/* What the coordinates themselves may be off, by some roundings of numbers of this size. Far from
+ * the origin a short leg's direction is known no better than this over its length: there tangents
+ * that agree so far, and to 1e-6 at worst, are taken for one. */
+static inline double tsi_data_error(double scale) {
+  return 32.0 * TSI_ROUND_OFF * scale;
+}
+static inline double tsi_singular_tolerance(double scale, double leg) {
+  double tolerance = tsi_data_error(scale) / leg;
+  return !(tolerance > TSI_SINGULAR_TOLERANCE) ? TSI_SINGULAR_TOLERANCE
+         : tolerance > 1e-6                    ? 1e-6
+                                               : tolerance;
+}
+
 /* At a corner of the cube: its point; per side that meets there (axis 0, 1, 2) the product n of the
  * side's unit tangents, pointing inward, zero where the isolines are tangent or stand still;
- * whether det J = 0 there in the arm over that side, whatever the inside; the bound of the corner.
- */
+ * whether det J = 0 there in the arm over that side, whatever the inside, but for `tolerance`; the
+ * sine of the angle that makes it so; the bound of the corner. */
 typedef struct tsi_corner {
   double point[3];
   double normal[3][3];
   int singular[3];
+  double tolerance, sine;
   double bound;
 } tsi_corner;
 

@@ -136,6 +136,8 @@ static void set_errors(const run *r, int element, tsi_certify_task *task) {
     task->error[d] = error * r->largest[d];
     if (task->constant_weight)
       task->error[d] += (spread + error) * r->largest[d];
+    if (task->singular) /* what is tangent is so but for this */
+      task->error[d] += heaviest * tsi_data_error(r->space->boundary->scale);
   }
 }
 
@@ -218,6 +220,8 @@ static void name_findings(tsolid_context *context, const run *r, tsolid_certific
     note.index[0] = corner;
     note.has_point = 1;
     memcpy(note.point, k->point, sizeof note.point);
+    note.measured = k->sine;
+    note.allowed = k->tolerance;
     (void)tsi_report(context, &note,
                      "The sides meet tangentially at this corner, so det J = 0 there in any solid");
   }

@@ -22,6 +22,7 @@
  * Source: S. Coons, Surfaces for computer-aided design of space forms (1967); G. Farin, Curves and
  * Surfaces for CAGD (2002), sections 22.1 to 22.3. In homogeneous form, and in a plane, ours. */
 #include "bernstein_product.h"
+#include "boundary_bound.h"
 #include "bspline.h"
 #include "coons.h"
 #include "planar_repair.h"
@@ -217,8 +218,9 @@ static tsolid_status certify(tsi_coons_work *w, tsi_planar_outcome *outcome) {
   for (size_t i = 0; i < 2 * (size_t)w->planar.n[0] * (size_t)w->planar.n[1]; i++)
     largest = fmax(largest, fabs(w->planar.point[i]));
   /* three differences and products, and their sum, for a point at most sqrt(2) largest away; the
-   * part across the plane is below the tolerance */
+   * part across the plane is below the tolerance; of coordinates in space, their own round-off */
   double error = 32.0 * TSI_ROUND_OFF * (largest + w->report->plane_distance);
+  error += tsi_data_error(w->singular ? tsi_coons_scale(w) : 0.0);
   tsolid_status status = tsi_planar_certify(w->context, &w->planar, w->singular, error, outcome);
   return status;
 }

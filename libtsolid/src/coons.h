@@ -77,6 +77,9 @@ typedef struct tsi_coons_work {
 void tsi_frame_flatten(const tsi_frame *frame, const double x[3], double flat[2]);
 void tsi_frame_place(const tsi_frame *frame, const double flat[2], double x[3]);
 
+/* The size of the coordinates, by which their round-off is measured. */
+double tsi_coons_scale(const tsi_coons_work *work);
+
 /* A refusal with a place. */
 tsolid_finding tsi_coons_finding(const double point[3]);
 

@@ -236,15 +236,24 @@ tsolid_status tsi_coons_find_plane(tsi_coons_work *w) {
 
 /* ---- corners and kinks ----------------------------------------------------------------------- */
 
-/* Unit tangent in the direction of the parameter beside control point i, towards i + step. */
-static int find_tangent(const tsi_coons_work *w, int k, int i, int step, double t[2]) {
+/* Of the coordinates as they are in space. */
+double tsi_coons_scale(const tsi_coons_work *w) {
+  double far = 0.0;
+  for (int c = 0; c < 3; c++)
+    far = fmax(far, fabs(w->frame.origin[c]));
+  return far + w->frame.size;
+}
+
+/* Unit tangent in the direction of the parameter beside control point i, towards i + step; the
+ * distance of the two points, 0 where it is too small. */
+static double find_tangent(const tsi_coons_work *w, int k, int i, int step, double t[2]) {
   double a[2], b[2];
   tsi_frame_flatten(&w->frame, w->border[k].point + 3 * (ptrdiff_t)i, a);
   tsi_frame_flatten(&w->frame, w->border[k].point + 3 * (ptrdiff_t)(i + step), b);
   double d[2] = {step * (b[0] - a[0]), step * (b[1] - a[1])}, length = hypot(d[0], d[1]);
   t[0] = d[0] / length;
   t[1] = d[1] / length;
-  return length > shortest_leg * w->frame.size;
+  return length > shortest_leg * w->frame.size ? length : 0.0;
 }
 
 const char *tsi_coons_corner_name(const tsi_coons_work *w, int k) {
@@ -261,18 +270,19 @@ const double *tsi_coons_corner_point(const tsi_coons_work *w, int k) {
 
 static tsolid_status check_corner(tsi_coons_work *w, int k) {
   const double pi = 3.14159265358979323846;
-  double t[2][2];
+  double t[2][2], leg[2];
   tsolid_finding finding = tsi_coons_finding(tsi_coons_corner_point(w, k));
   for (int d = 0; d < 2; d++) {
     int b = tsi_corner_border(k, d), high = tsi_corner_end(k, d);
-    if (!find_tangent(w, b, high ? w->border[b].curve.n[0] - 1 : 0, high ? -1 : 1, t[d]))
+    leg[d] = find_tangent(w, b, high ? w->border[b].curve.n[0] - 1 : 0, high ? -1 : 1, t[d]);
+    if (!(leg[d] > 0.0))
       return tsi_report(w->context, &finding,
                         "%s has no direction at %s of %s: its control points coincide there",
                         w->border[b].name, tsi_coons_corner_name(w, k), w->name);
   }
   double sine = t[0][0] * t[1][1] - t[0][1] * t[1][0];
   double cosine = (k & 1 ? -1.0 : 1.0) * (t[0][0] * t[1][0] + t[0][1] * t[1][1]);
-  if (fabs(sine) <= TSI_SINGULAR_TOLERANCE) {
+  if (fabs(sine) <= tsi_singular_tolerance(tsi_coons_scale(w), fmin(leg[0], leg[1]))) {
     tsolid_coons_report *r = w->report;
     memcpy(r->singular[r->n_singular++], finding.point, sizeof finding.point);
     w->singular |= 1 << k;
@@ -302,7 +312,7 @@ static tsolid_status check_kinks(tsi_coons_work *w, int k) {
       continue;
     int at = i - 1; /* the control point on the curve */
     tsolid_finding finding = tsi_coons_finding(w->border[k].point + 3 * (ptrdiff_t)at);
-    if (!find_tangent(w, k, at, -1, low) || !find_tangent(w, k, at, 1, high))
+    if (!(find_tangent(w, k, at, -1, low) > 0.0) || !(find_tangent(w, k, at, 1, high) > 0.0))
       continue;
     double half_turn = 0.5 * hypot(low[0] + high[0], low[1] + high[1]); /* its cosine */
     w->report->bound = fmin(w->report->bound, half_turn);

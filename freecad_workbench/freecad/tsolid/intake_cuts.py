@@ -17,7 +17,8 @@ FLAT = math.radians(10.0)  # a straight border's vertex turning by less is no co
 CURVED = math.radians(5.0)  # an edge turning by less is taken for straight
 # Two curves that only nearly pass into each other (arcs after a file format, say) make a bad
 # corner: one of 180 degrees and a little more cannot be filled. A point inside a smooth curve can.
-TANGENT, NEARLY = 1e-12, 1e-5
+# Splines closed by a loft or a sweep meet less well than their end tangents may show.
+TANGENT, TANGENT_SPLINES, NEARLY = 1e-12, 1e-13, 1e-5
 N_TURN = 256  # tangents per edge by which its turning is measured
 
 
@@ -93,11 +94,12 @@ def turning(edge, a, b):
 
 
 class Corner:
-    """A vertex of a free face's loop: the interior angle, and whether its edges are curved."""
+    """A vertex of a free face's loop: the interior angle, and whether its edges are curved.
+    tangent: up to which difference from 180 degrees they pass into each other."""
 
-    def __init__(self, node, angle, curved):
+    def __init__(self, node, angle, curved, tangent=TANGENT):
         self.node, self.angle, self.curved = node, angle, curved
-        self.nearly_smooth = TANGENT < abs(angle - math.pi) < NEARLY
+        self.nearly_smooth = tangent < abs(angle - math.pi) < NEARLY
 
 
 def plane_normal(face):
@@ -144,8 +146,17 @@ def corners_of(face):
         go = after[0].tangent(_ends(after)[0]) * (1.0 if after[2] else -1.0)
         bend = math.atan2(come.cross(go).dot(normal), come.dot(go))
         curved = any(turning(e, e.first, e.last)[-1] > CURVED for e in (before[0], after[0]))
-        out.append(Corner(after[3], math.pi - bend, curved))
+        tangent = TANGENT if _are_arcs(before[0], after[0]) else TANGENT_SPLINES
+        out.append(Corner(after[3], math.pi - bend, curved, tangent))
     return out
+
+
+def _are_arcs(*edges):
+    """Do all faces that run along these edges turn around there?"""
+    return all(
+        is_trig(face.surface, k % 2)
+        for edge in edges for face, k in edge.uses if face.kind == RIGID
+    )
 
 
 # ---- adding corners ------------------------------------------------------------------------------
