@@ -15,6 +15,8 @@ static const char help[] =
     "Exit code 0: watertight; 2: gaps or clashes; 1: a part could not be read or done.\n"
     "\n"
     "  --check-only        the contacts of the parts as they are, nothing is built\n"
+    "  -o, --output DIR    the solids: one A.tsolid per part, all at the end; copies have one\n"
+    "  --effort E          default, none, quick or thorough: as in tsolid build\n"
     "  --gap D             seek near contacts up to D apart (default: a hundredth of the smaller\n"
     "                      part's diagonal)\n"
     "  --report FILE       the report as JSON\n"
@@ -24,7 +26,8 @@ enum { TARGET_REPORT, N_TARGETS };
 
 typedef struct job {
   int n_files, check_only, n_threads, effort;
-  const char *folder;
+  const char *path_of_folder;
+  cli_folder folder;
   const char **file, *path[N_TARGETS];
   tsolid_assembly_options options;
   cli_target target[N_TARGETS];
@@ -41,8 +44,8 @@ static const char *const effort_names[] = {"default", "none", "quick", "thorough
 
 static int parse(job *j, int argc, char **argv) {
   const cli_option table[] = {{"--check-only", CLI_FLAG, &j->check_only, 0, 0, NULL},
-                              {"-o", CLI_TEXT, &j->folder, 0, 0, NULL},
-                              {"--output", CLI_TEXT, &j->folder, 0, 0, NULL},
+                              {"-o", CLI_TEXT, &j->path_of_folder, 0, 0, NULL},
+                              {"--output", CLI_TEXT, &j->path_of_folder, 0, 0, NULL},
                               {"--effort", CLI_CHOICE, &j->effort, 0, 0, effort_names},
                               {"--threads", CLI_COUNT, &j->n_threads, 0, 256, NULL},
                               {"--gap", CLI_NUMBER, &j->options.gap, 0, 0, NULL},
@@ -59,6 +62,19 @@ static void name_after(const char *path, char name[256]) {
   char *dot = strrchr(name, '.');
   if (dot && dot != name)
     *dot = 0;
+}
+
+/* One name per file: a second wheel.tsb, from elsewhere, is wheel_2. */
+static void name_part(job *j, int k) {
+  char plain[256];
+  int again = 1;
+  name_after(j->file[k], plain);
+  snprintf(j->name[k], sizeof j->name[k], "%s", plain);
+  for (int i = 0; i < k; i++)
+    if (strcmp(j->name[i], j->name[k]) == 0 && strcmp(j->file[i], j->file[k]) != 0) {
+      snprintf(j->name[k], sizeof j->name[k], "%.240s_%d", plain, ++again);
+      i = -1;
+    }
 }
 
 /* A file that is given again is a copy of the first. */
@@ -79,7 +95,7 @@ static tsolid_status read_parts(job *j) {
     if (status == TSOLID_ERROR_MEMORY || status == TSOLID_ERROR_CANCELLED)
       return status;
     j->n_unread += status != TSOLID_OK;
-    name_after(j->file[k], j->name[k]);
+    name_part(j, k);
     j->part[k] = (tsolid_part){.name = j->name[k], .boundary = &j->input[same].boundary};
   }
   return TSOLID_OK;
@@ -120,13 +136,14 @@ static tsolid_status build_solid(job *j, const tsolid_boundary_input *input, tso
   return status;
 }
 
+/* Beside the folder: nothing is in it before all is done. */
 static tsolid_status write_solid(job *j, const char *name, const tsolid_solid *solid) {
-  char path[CLI_PATH_SIZE];
-  if (!j->folder)
+  char file[256 + 8];
+  if (!j->path_of_folder)
     return TSOLID_OK;
-  if (snprintf(path, sizeof path, "%s/%s.tsolid", j->folder, name) >= (int)sizeof path)
-    return TSOLID_ERROR_IO;
-  return tsolid_write_tsolid(j->context, solid, path);
+  snprintf(file, sizeof file, "%.255s.tsolid", name);
+  const char *path = cli_folder_file(&j->folder, file);
+  return path ? tsolid_write_tsolid(j->context, solid, path) : TSOLID_ERROR_IO;
 }
 
 /* One solid per prototype; a part that fails is told and left out. */
@@ -155,7 +172,8 @@ static tsolid_status build_part(job *j, const tsolid_assembly_view *view, int k)
     return status;
   }
   tsolid_solid_free(solid);
-  if (status == TSOLID_ERROR_MEMORY || status == TSOLID_ERROR_CANCELLED)
+  if (status == TSOLID_ERROR_MEMORY || status == TSOLID_ERROR_CANCELLED ||
+      status == TSOLID_ERROR_IO)
     return status;
   cli_error("No solid of %s; the other parts are done", facts->name);
   return TSOLID_OK;
@@ -185,15 +203,18 @@ static void free_solids(job *j) {
 /* ---- driver ------------------------------------------------------------------------------------
  */
 
-static tsolid_status write_report(job *j) {
+/* The report and the solids: all of them at the end. */
+static tsolid_status write_outputs(job *j) {
   char *json = NULL;
   cli_target *target = &j->target[TARGET_REPORT];
-  if (!target->path)
-    return TSOLID_OK;
-  tsolid_status status =
-      tsolid_assembly_json(j->context, j->joined ? j->joined : j->assembly, &json);
-  if (status == TSOLID_OK &&
-      (!cli_write_text(json, target->staged) || !cli_targets_commit(target, 1)))
+  tsolid_status status = TSOLID_OK;
+  if (target->path)
+    status = tsolid_assembly_json(j->context, j->joined ? j->joined : j->assembly, &json);
+  if (status == TSOLID_OK && json && !cli_write_text(json, target->staged))
+    status = TSOLID_ERROR_IO;
+  if (status == TSOLID_OK && j->folder.path && !cli_folder_commit(&j->folder))
+    status = TSOLID_ERROR_IO;
+  if (status == TSOLID_OK && json && !cli_targets_commit(target, 1))
     status = TSOLID_ERROR_IO;
   cli_targets_discard(target, 1);
   tsolid_release(j->context, json);
@@ -222,7 +243,7 @@ static int run(job *j) {
     code = verdict_code(&view);
     if (code == CLI_PROVED && j->n_unproved)
       code = CLI_NOT_PROVED;
-    status = write_report(j);
+    status = write_outputs(j);
   }
   if (status == TSOLID_OK)
     cli_print_assembly(&view);
@@ -233,6 +254,13 @@ static int run(job *j) {
     cli_input_free(&j->input[k]);
   fflush(stdout);
   return cli_close(j->context, status, code);
+}
+
+/* Before hours are spent on their content. */
+static int open_outputs(job *j) {
+  if (!cli_targets_open(j->target, j->path, N_TARGETS, NULL))
+    return 0;
+  return !j->path_of_folder || j->check_only || cli_folder_open(&j->folder, j->path_of_folder);
 }
 
 int cli_assembly(int argc, char **argv) {
@@ -250,11 +278,12 @@ int cli_assembly(int argc, char **argv) {
     code = parse(&j, argc, argv);
   if (code < 0) {
     code = CLI_FAILED;
-    if (cli_targets_open(j.target, j.path, N_TARGETS, NULL)) {
+    if (open_outputs(&j)) {
       j.context = cli_open(j.n_threads);
       if (j.context)
         code = run(&j);
     }
+    cli_folder_close(&j.folder);
   }
   free((void *)j.solid);
   free(j.name);

@@ -73,13 +73,6 @@ static double find_reach(const tsolid_assembly *assembly, int a, int b) {
   return assembly->gap > 0.0 ? assembly->gap : default_gap * fmin(p->size, q->size);
 }
 
-static int share_seam(const tsolid_assembly *assembly, int a, int b) {
-  for (int k = 0; k < 4; k++)
-    if (assembly->skin[a].mate[k] >= 0 && assembly->skin[a].mate[k] / 4 == b)
-      return 1;
-  return 0;
-}
-
 /* Outward normals agree, from the orientation code and both sides' own. */
 static int is_same_side(const tsolid_assembly *assembly, const tsi_contact *contact) {
   int code = contact->view.code, odd = (code ^ code >> 1 ^ code >> 2) & 1;
@@ -135,29 +128,29 @@ static tsolid_status store_contact(tsolid_context *context, tsolid_assembly *ass
   return TSOLID_OK;
 }
 
+static tsolid_status store_match(tsolid_context *context, tsolid_assembly *assembly,
+                                 tsi_contact *contact) {
+  double uv[2];
+  contact->view.same_side = is_same_side(assembly, contact);
+  contact->view.gap = contact->view.deviation;
+  tsi_contact_map(&contact->view, 0, 0.5, 0.5, uv);
+  tsi_skin_point(&assembly->skin[contact->skin[0]], uv[0], uv[1], contact->view.point);
+  return store_contact(context, assembly, contact);
+}
+
 static tsolid_status test_skins(tsolid_context *context, tsolid_assembly *assembly, int a, int b) {
-  tsi_contact contact;
-  int found = 0, same_part = assembly->skin[a].part == assembly->skin[b].part;
+  tsi_contact contact[TSI_MOST_RECTANGLES];
+  int n_found = 0, same_part = assembly->skin[a].part == assembly->skin[b].part;
   double reach = find_reach(assembly, a, b);
-  if (same_part && share_seam(assembly, a, b))
-    return TSOLID_OK;
-  tsolid_status status = tsi_match_skins(context, assembly, a, b, &contact, &found);
-  if (status)
+  tsolid_status status = tsi_match_skins(context, assembly, a, b, contact, &n_found);
+  for (int k = 0; !status && k < n_found; k++)
+    status = store_match(context, assembly, &contact[k]);
+  if (status || n_found || same_part)
     return status;
-  if (found) {
-    contact.view.same_side = is_same_side(assembly, &contact);
-    contact.view.gap = contact.view.deviation;
-    double uv[2];
-    tsi_contact_map(&contact.view, 0, 0.5, 0.5, uv);
-    tsi_skin_point(&assembly->skin[a], uv[0], uv[1], contact.view.point);
-    return store_contact(context, assembly, &contact);
-  }
-  if (same_part)
+  tsi_measure_gap(assembly, a, b, reach, contact, &n_found);
+  if (!n_found || is_hidden(assembly, contact, reach))
     return TSOLID_OK;
-  tsi_measure_gap(assembly, a, b, reach, &contact, &found);
-  if (!found || is_hidden(assembly, &contact, reach))
-    return TSOLID_OK;
-  return store_contact(context, assembly, &contact);
+  return store_contact(context, assembly, contact);
 }
 
 static tsolid_status find_contacts(tsolid_context *context, tsolid_assembly *assembly) {

@@ -129,9 +129,12 @@ tsolid_status tsi_assembly_orient(tsolid_context *context, tsolid_assembly *asse
 /* ---- assembly_match.c, assembly_gap.c: two skins -----------------------------------------------
  */
 
-/* Exact, geometric and partial contacts. *found: contact->view is filled. */
+enum { TSI_MOST_RECTANGLES = 16 }; /* in which two patches touch */
+
+/* Exact, geometric and partial contacts: fills contact[0 .. *n_found - 1], at most as many as
+ * above. */
 tsolid_status tsi_match_skins(tsolid_context *context, const tsolid_assembly *assembly, int a,
-                              int b, tsi_contact *contact, int *found);
+                              int b, tsi_contact *contact, int *n_found);
 /* Coincident and near contacts by distances. */
 void tsi_measure_gap(const tsolid_assembly *assembly, int a, int b, double reach,
                      tsi_contact *contact, int *found);

@@ -11,7 +11,12 @@
  * Else both may overlap in a rectangle. Its borders are borders of one or the other, so those of b
  * that run on a must be isolines there: the feet of their samples tell where, and the feet of the
  * rectangle's corners tell the rectangle of b. Feet only propose: what decides is the comparison of
- * both restricted patches, as above. */
+ * both restricted patches, as above.
+ *
+ * And two patches may touch in several rectangles (a bridge's underside and the ground), with
+ * borders inside both: then these run along knots of one of them. Its spans, cut at the isolines
+ * above, lie on the other patch or do not; those that do are gathered into rectangles, each of
+ * which is matched as before. */
 #include <stdlib.h>
 
 #include "assembly.h"
@@ -24,7 +29,7 @@ static const double knot_resolution = 1e-11;
 static const double weight_resolution = 1e-9;
 static const double straightness = 1e-5; /* spread of the feet of an isoline */
 
-enum { N_SAMPLES = 33, MOST_CUTS = 4 };
+enum { N_SAMPLES = 33, MOST_CUTS = 4, MOST_CELLS = 4096, N_STEPS = 8 };
 
 static double distance(const double a[3], const double b[3]) {
   return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
@@ -461,15 +466,28 @@ static int list_intervals(int n, const double *at, double interval[2][2]) {
   return n == 1 ? 2 : 1;
 }
 
+/* The foot of a rectangle's corner. `walk`: along the way from the middle, so that it is on the
+ * same sheet where b passes there twice (the border that b has in common with a, say). */
+static void find_corner_foot(const tsi_skin *a, const tsi_skin *b, const double box[4], int k,
+                             int walk, tsi_foot *foot) {
+  double x[3], end[2] = {box[k == 1 || k == 2], box[2 + (k >= 2)]};
+  double middle[2] = {0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3])};
+  for (int i = walk ? 0 : N_STEPS; i <= N_STEPS; i++) {
+    double at = (double)i / N_STEPS;
+    tsi_skin_point(a, middle[0] + at * (end[0] - middle[0]), middle[1] + at * (end[1] - middle[1]),
+                   x);
+    double near[2] = {foot->uv[0], foot->uv[1]};
+    tsi_foot_find(b, x, walk && i ? near : NULL, foot);
+  }
+}
+
 /* The rectangle of b with the same corners. */
-static int find_other_box(const tsi_skin *a, const tsi_skin *b, const double box[4],
-                          double tolerance, double other[4]) {
+static int find_box_by(const tsi_skin *a, const tsi_skin *b, const double box[4], double tolerance,
+                       int walk, double other[4]) {
   double uv[4][2];
   for (int k = 0; k < 4; k++) {
-    double x[3];
-    tsi_foot foot;
-    tsi_skin_point(a, box[k == 1 || k == 2], box[2 + (k >= 2)], x);
-    tsi_foot_find(b, x, NULL, &foot);
+    tsi_foot foot = {.distance = 0.0};
+    find_corner_foot(a, b, box, k, walk, &foot);
     if (foot.distance > tolerance)
       return 0;
     memcpy(uv[k], foot.uv, sizeof uv[k]);
@@ -488,6 +506,11 @@ static int find_other_box(const tsi_skin *a, const tsi_skin *b, const double box
     other[2 * d + 1] = high > 1.0 - straightness ? 1.0 : tidy(high);
   }
   return 1;
+}
+
+static int find_other_box(const tsi_skin *a, const tsi_skin *b, const double box[4],
+                          double tolerance, double other[4]) {
+  return find_box_by(a, b, box, tolerance, 0, other) || find_box_by(a, b, box, tolerance, 1, other);
 }
 
 /* On a knot of the patch where one is near. */
@@ -540,6 +563,126 @@ static int match_part(tsi_arena *arena, const tsi_skin *a, const tsi_skin *b, do
   return 1;
 }
 
+/* ---- several rectangles ------------------------------------------------------------------------
+ */
+
+typedef struct cell_grid {
+  int n[2]; /* cells */
+  double *line[2];
+  unsigned char *on;
+} cell_grid;
+
+static int compare_doubles(const void *a, const void *b) {
+  double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+/* The patch's knots and the cuts, each once. 0: no memory. */
+static int list_lines(tsi_arena *arena, const tsi_patch *patch, int d, const cuts *cut,
+                      cell_grid *grid) {
+  int n = patch->n[d] + patch->degree[d] + 1, m = 0;
+  double *line = tsi_arena_new(arena, (size_t)(n + cut->n[d]), sizeof *line);
+  if (!line)
+    return 0;
+  memcpy(line, patch->knots[d], (size_t)n * sizeof *line);
+  memcpy(line + n, cut->at[d], (size_t)cut->n[d] * sizeof *line);
+  n += cut->n[d];
+  qsort(line, (size_t)n, sizeof *line, compare_doubles);
+  for (int i = 0; i < n; i++)
+    if (m == 0 || line[i] - line[m - 1] > knot_resolution)
+      line[m++] = line[i];
+  line[m - 1] = 1.0;
+  grid->line[d] = line;
+  grid->n[d] = m - 1;
+  return 1;
+}
+
+/* By nine points, the middle first. */
+static int cell_lies_on(const tsi_skin *from, const tsi_skin *to, const double cell[4],
+                        double tolerance) {
+  static const double at[3] = {0.5, 0.05, 0.95};
+  for (int k = 0; k < 9; k++) {
+    double x[3];
+    tsi_foot foot;
+    tsi_skin_point(from, cell[0] + at[k % 3] * (cell[1] - cell[0]),
+                   cell[2] + at[k / 3] * (cell[3] - cell[2]), x);
+    if (!in_box(to->box, x, tolerance))
+      return 0;
+    tsi_foot_find(to, x, NULL, &foot);
+    if (foot.distance > tolerance)
+      return 0;
+  }
+  return 1;
+}
+
+/* 0: no memory. grid->on NULL: too many cells. */
+static int find_cells(tsi_arena *arena, const tsi_skin *from, const tsi_skin *to, double tolerance,
+                      cell_grid *grid) {
+  cuts cut;
+  find_cuts(from, to, tolerance, &cut);
+  grid->on = NULL;
+  for (int d = 0; d < 2; d++)
+    if (!list_lines(arena, &from->patch, d, &cut, grid))
+      return 0;
+  if ((double)grid->n[0] * grid->n[1] > MOST_CELLS)
+    return 1;
+  grid->on = tsi_arena_new(arena, (size_t)grid->n[0] * (size_t)grid->n[1], 1);
+  for (int k = 0; grid->on && k < grid->n[0] * grid->n[1]; k++) {
+    const double *u = grid->line[0] + k % grid->n[0], *v = grid->line[1] + k / grid->n[0];
+    double cell[4] = {u[0], u[1], v[0], v[1]};
+    grid->on[k] = (unsigned char)cell_lies_on(from, to, cell, tolerance);
+  }
+  return grid->on != NULL;
+}
+
+/* Takes a rectangle of cells that lie on the other patch, as long as it can be, then as wide. */
+static int take_rectangle(cell_grid *grid, double box[4]) {
+  int first = 0, n0 = grid->n[0], n1 = grid->n[1], n = n0 * n1, wide = 1, high = 1, full = 1;
+  while (first < n && !grid->on[first])
+    first++;
+  if (first == n)
+    return 0;
+  int i = first % n0, j = first / n0;
+  while (i + wide < n0 && grid->on[first + wide])
+    wide++;
+  while (full && j + high < n1) {
+    for (int k = 0; k < wide; k++)
+      full &= grid->on[first + high * n0 + k];
+    high += full;
+  }
+  for (int k = 0; k < wide * high; k++)
+    grid->on[first + k / wide * n0 + k % wide] = 0;
+  box[0] = grid->line[0][i];
+  box[1] = grid->line[0][i + wide];
+  box[2] = grid->line[1][j];
+  box[3] = grid->line[1][j + high];
+  return 1;
+}
+
+/* Rectangles of a, else of b. 0: no memory. */
+static int match_pieces(tsi_arena *arena, const tsi_skin *a, const tsi_skin *b, double tolerance,
+                        tsi_contact *contact, int *n_found) {
+  tsi_contact plain = contact[0];
+  for (int side = 0; side < 2 && !*n_found; side++) {
+    const tsi_skin *from = side ? b : a, *to = side ? a : b;
+    cell_grid grid;
+    double box[2][4];
+    if (!find_cells(arena, from, to, tolerance, &grid))
+      return 0;
+    while (*n_found < TSI_MOST_RECTANGLES && grid.on && take_rectangle(&grid, box[side])) {
+      int found = 0;
+      if (!find_other_box(from, to, box[side], tolerance, box[1 - side]))
+        continue;
+      snap_box(&to->patch, box[1 - side]);
+      contact[*n_found] = plain;
+      if (!match_boxes(arena, a, b, box, tolerance, &contact[*n_found], &found))
+        return 0;
+      *n_found += found;
+    }
+  }
+  return 1;
+}
+
 /* ---- driver ------------------------------------------------------------------------------------
  */
 
@@ -556,7 +699,7 @@ static int boxes_meet(const tsi_skin *a, const tsi_skin *b, double tolerance) {
 }
 
 tsolid_status tsi_match_skins(tsolid_context *context, const tsolid_assembly *assembly, int a,
-                              int b, tsi_contact *contact, int *found) {
+                              int b, tsi_contact *contact, int *n_found) {
   const tsi_skin *p = &assembly->skin[a], *q = &assembly->skin[b];
   double tolerance = fmax(p->tolerance, q->tolerance);
   tsi_arena work = tsi_arena_create(context);
@@ -570,12 +713,15 @@ tsolid_status tsi_match_skins(tsolid_context *context, const tsolid_assembly *as
                                      .same_bits = -1,
                                      .gap_after = (double)NAN,
                                      .ulp_after = (double)NAN};
-  *found = 0;
+  *n_found = 0;
   if (!boxes_meet(p, q, tolerance))
     return TSOLID_OK;
-  int done = match_whole(&work, &p->patch, &q->patch, tolerance, contact, found);
-  if (done && !*found && tsi_skin_angle(p, q) == 0.0)
-    done = match_part(&work, p, q, tolerance, contact, found);
+  int done = match_whole(&work, &p->patch, &q->patch, tolerance, contact, n_found);
+  if (done && !*n_found && tsi_skin_angle(p, q) == 0.0) {
+    done = match_part(&work, p, q, tolerance, contact, n_found);
+    if (done && !*n_found)
+      done = match_pieces(&work, p, q, tolerance, contact, n_found);
+  }
   tsi_arena_free(&work);
   return done ? TSOLID_OK : tsi_no_memory(context, stage);
 }

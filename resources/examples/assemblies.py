@@ -3,7 +3,7 @@
 
 Blocks are images of boxes under one wavy map, so that neighbours share their faces."""
 from itertools import product
-from math import cos, radians, sin
+from math import cos, pi, radians, sin
 
 import numpy as np
 
@@ -97,6 +97,30 @@ def tee():
     return {"block%d" % k: block(low, spans=(1, 1, 1)) for k, low in enumerate(at)}
 
 
+def bridge():
+    """A deck whose underside, one face, stands on the ground at both ends: one pair of faces that
+    touch in two places."""
+    def deck(u, v, w):
+        lift = 0.6 * sin(pi * (u - 0.3) / 0.4) if 0.3 < u < 0.7 else 0.0
+        return [UNIT * (4 * u), UNIT * v, UNIT * (w + (1 - w) * lift)]
+
+    knots = [uniform_knots(p, n) for p, n in zip((2, 1, 2), (10, 1, 1))]
+    return {"ground": block((-1, -1, -1), (5, 2, 0), wave=0),
+            "deck": control_volume(deck, (2, 1, 2), knots).faces()}
+
+
+def array():
+    """A hundred placed copies of one part: a block whose opposite faces fit each other."""
+    def tile(u, v, w):
+        return [UNIT * (u + 0.06 * sin(2 * pi * v)), UNIT * (v + 0.05 * sin(2 * pi * u)),
+                UNIT * (w + 0.1 * u * (1 - u) * v * (1 - v))]
+
+    knots = [uniform_knots(p, n) for p, n in zip((3, 3, 2), (4, 4, 1))]
+    part = control_volume(tile, (3, 3, 2), knots).faces()
+    return {"copy%d%d" % (i, j): moved(part, shift=(UNIT * i, UNIT * j, 0))
+            for i, j in product(range(10), repeat=2)}
+
+
 def wall():
     """Bricks 4 x 3 x 3, every second course shifted by half a brick: contacts on parts of faces."""
     return {"brick%d%d%d" % (i, j, k): curved_block((i + 0.5 * (k % 2), j, k),
@@ -162,9 +186,12 @@ ASSEMBLIES = {
     "pair_gap_1e-6": lambda: pair_apart(1e-6),
     "pair_gap_1e-3": lambda: pair_apart(1e-3),
     "pair_gap_0.1": lambda: pair_apart(0.1),
+    "pair_gap_1": lambda: pair_apart(1.0),
     "pair_overlapping": pair_overlapping,
     "pair_rotated": pair_rotated,
     "ring": ring,
     "tee": tee,
     "wall": wall,
+    "bridge": bridge,
+    "array": array,
 }
