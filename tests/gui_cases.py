@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """What a user does in FreeCAD's window, case by case; started by test_gui.py."""
 
+import collections
+import gc
 import glob
 import os
 import shutil
@@ -721,11 +723,23 @@ def dropped_file():
     assert len(obj.Shape.Solids) == 1 and doc
 
 
+OF_DOCUMENTS = tuple("freecad.tsolid." + name for name in (
+    "view", "scenes", "scene", "tessellate", "section", "overlay", "actions", "assemblies",
+    "members"))
+
+
 def no_traces():
     """After all this: no documents, no temporary files, no threads, nothing of ours in the Report
-    view."""
+    view, and no views, meshes, results or drawings of closed documents in memory."""
     assert not [t for t in threading.enumerate() if t.name == "tsolid"]
     assert not App.listDocuments()
+    gc.collect()
+    kept = collections.Counter(
+        type(o).__name__ for o in gc.get_objects() if type(o).__module__ in OF_DOCUMENTS)
+    # FreeCAD 0.20 keeps the proxies of documents that it has read; they are empty
+    for name in ("SolidTSplineView", "_Closing"):
+        kept.pop(name, None)
+    assert not kept, kept
     left = glob.glob(os.path.join(tempfile.gettempdir(), "tsolid-*"))
     assert not left, left
     text = h.report_view()

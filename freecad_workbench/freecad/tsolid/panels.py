@@ -200,6 +200,8 @@ class Panel:
     def close(self):
         self.tidy()
         self.closed = True
+        if Panel.current is self:
+            Panel.current = None  # it holds what it has shown
         Gui.Control.closeDialog()
 
     def cancel(self):

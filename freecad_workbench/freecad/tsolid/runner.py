@@ -78,6 +78,7 @@ class Work(QtCore.QObject):
             self._go_on()
         else:
             self.timer.stop()
+            self.timer.timeout.disconnect(self._look)  # it would keep what this holds for ever
             _running.remove(self)
             self._end()
 
@@ -110,10 +111,12 @@ class Loading(Work):
             super()._look()
 
     def _end(self):
-        if self.task.state == "done" and not self.lost:
-            self.take(self.task.result)
-        elif self.task.state == "failed" and not self.lost:
-            self.tell(self.task.error)
+        take, tell, done = self.take, self.tell, self.task
+        self.take = self.tell = self.task = None
+        if done.state == "done" and not self.lost:
+            take(done.result)
+        elif done.state == "failed" and not self.lost:
+            tell(done.error)
 
 
 class Runner(Work):

@@ -5,6 +5,7 @@ This class's path (freecad.tsolid.view.SolidTSplineView) is stored in documents:
 """
 
 import contextlib
+import weakref
 
 import FreeCAD
 import FreeCADGui as Gui
@@ -69,6 +70,8 @@ class SolidTSplineView:
         self._start()
         self.vobj = vobj
         self.obj = vobj.Object
+        self.document = vobj.Object.Document.Name
+        _Closing.watch(self)
         self.add_properties(vobj)
         from pivy import coin
 
@@ -275,6 +278,29 @@ def _extend_choices(vobj):
         chosen = str(vobj.ColourBy)
         vobj.ColourBy = list(actions.COLOURS)
         vobj.ColourBy = chosen
+
+
+class _Closing:
+    """FreeCAD never lets go of the proxies of objects that were read from a file (seen in 0.20):
+    when their document is closed, they at least let go of what they show."""
+
+    _observer = None
+    _views = weakref.WeakSet()
+
+    @classmethod
+    def watch(cls, proxy):
+        cls._views.add(proxy)
+        if cls._observer is None:
+            cls._observer = cls()
+            FreeCAD.addDocumentObserver(cls._observer)
+
+    def slotDeletedDocument(self, doc):
+        for proxy in list(self._views):
+            if proxy.document == doc.Name:
+                proxy._forget()
+                proxy._start()
+                proxy.roots = {}
+                self._views.discard(proxy)
 
 
 _FAILURES = (binding.TsolidError, binding.LibraryError, ImportError)
