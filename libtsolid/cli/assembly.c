@@ -20,9 +20,20 @@ static const char help[] =
     "  --gap D             seek near contacts up to D apart (default: a hundredth of the smaller\n"
     "                      part's diagonal)\n"
     "  --report FILE       the report as JSON\n"
-    "  --tolerance T       tolerance of borders for which the files name none (default 1e-7)\n";
+    "  --tolerance T       tolerance of borders for which the files name none (default 1e-7)\n"
+    "\n"
+    "  --inp FILE          hexahedra of all parts for CalculiX and Abaqus, with common nodes "
+    "where\n"
+    "                      parts touch; a set per part and per free face, PART_FACE\n"
+    "  --hex-vtu FILE      the same hexahedra for VTK and ParaView\n"
+    "  --size H            wanted edge length (default: a twentieth of the largest part's "
+    "diagonal)\n"
+    "  --order N           1 (default): 8 nodes per element, C3D8; 2: 20 nodes, C3D20\n"
+    "  --grading G         thickness of the outermost layer over the innermost (default 1)\n"
+    "  --max-elements N    refuse to make more (default 2000000)\n"
+    "  --force             also of solids that are not proved valid; the files then say so\n";
 
-enum { TARGET_REPORT, N_TARGETS };
+enum { TARGET_REPORT, TARGET_INP, TARGET_HEX_VTU, N_TARGETS };
 
 typedef struct job {
   int n_files, check_only, n_threads, effort;
@@ -30,6 +41,7 @@ typedef struct job {
   cli_folder folder;
   const char **file, *path[N_TARGETS];
   tsolid_assembly_options options;
+  tsolid_hex_options hex;
   cli_target target[N_TARGETS];
   tsolid_context *context;
   cli_input *input;
@@ -43,15 +55,23 @@ typedef struct job {
 static const char *const effort_names[] = {"default", "none", "quick", "thorough", NULL};
 
 static int parse(job *j, int argc, char **argv) {
-  const cli_option table[] = {{"--check-only", CLI_FLAG, &j->check_only, 0, 0, NULL},
-                              {"-o", CLI_TEXT, &j->path_of_folder, 0, 0, NULL},
-                              {"--output", CLI_TEXT, &j->path_of_folder, 0, 0, NULL},
-                              {"--effort", CLI_CHOICE, &j->effort, 0, 0, effort_names},
-                              {"--threads", CLI_COUNT, &j->n_threads, 0, 256, NULL},
-                              {"--gap", CLI_NUMBER, &j->options.gap, 0, 0, NULL},
-                              {"--report", CLI_TEXT, &j->path[TARGET_REPORT], 0, 0, NULL},
-                              {"--tolerance", CLI_NUMBER, &j->options.tolerance, 0, 0, NULL},
-                              {NULL, CLI_TEXT, NULL, 0, 0, NULL}};
+  const cli_option table[] = {
+      {"--check-only", CLI_FLAG, &j->check_only, 0, 0, NULL},
+      {"-o", CLI_TEXT, &j->path_of_folder, 0, 0, NULL},
+      {"--output", CLI_TEXT, &j->path_of_folder, 0, 0, NULL},
+      {"--effort", CLI_CHOICE, &j->effort, 0, 0, effort_names},
+      {"--threads", CLI_COUNT, &j->n_threads, 0, 256, NULL},
+      {"--gap", CLI_NUMBER, &j->options.gap, 0, 0, NULL},
+      {"--report", CLI_TEXT, &j->path[TARGET_REPORT], 0, 0, NULL},
+      {"--tolerance", CLI_NUMBER, &j->options.tolerance, 0, 0, NULL},
+      {"--inp", CLI_TEXT, &j->path[TARGET_INP], 0, 0, NULL},
+      {"--hex-vtu", CLI_TEXT, &j->path[TARGET_HEX_VTU], 0, 0, NULL},
+      {"--size", CLI_NUMBER, &j->hex.size, 0, 0, NULL},
+      {"--order", CLI_COUNT, &j->hex.order, 1, 2, NULL},
+      {"--grading", CLI_NUMBER, &j->hex.grading, 0, 0, NULL},
+      {"--max-elements", CLI_COUNT, &j->hex.max_elements, 1, 100000000, NULL},
+      {"--force", CLI_FLAG, &j->hex.allow_unproved, 0, 0, NULL},
+      {NULL, CLI_TEXT, NULL, 0, 0, NULL}};
   return cli_parse_many(argc, argv, help, table, argc, j->file, &j->n_files);
 }
 
@@ -221,6 +241,21 @@ static tsolid_status write_outputs(job *j) {
   return status;
 }
 
+static int wants_mesh(const job *j) {
+  return j->path[TARGET_INP] || j->path[TARGET_HEX_VTU];
+}
+
+static tsolid_status write_mesh(job *j) {
+  cli_target *inp = &j->target[TARGET_INP], *vtu = &j->target[TARGET_HEX_VTU];
+  tsolid_status status =
+      cli_mesh_assembly(j->context, j->joined, j->n_files, j->part, j->solid, &j->hex,
+                        inp->path ? inp->staged : NULL, vtu->path ? vtu->staged : NULL);
+  if (status == TSOLID_OK && !cli_targets_commit(inp, 2))
+    status = TSOLID_ERROR_IO;
+  cli_targets_discard(inp, 2);
+  return status;
+}
+
 static int verdict_code(const tsolid_assembly_view *view) {
   switch (view->verdict) {
   case TSOLID_ASSEMBLY_WATERTIGHT:
@@ -247,6 +282,8 @@ static int run(job *j) {
   }
   if (status == TSOLID_OK)
     cli_print_assembly(&view);
+  if (status == TSOLID_OK && wants_mesh(j))
+    status = write_mesh(j);
   tsolid_assembly_free(j->joined);
   tsolid_assembly_free(j->assembly);
   free_solids(j);
@@ -276,6 +313,8 @@ int cli_assembly(int argc, char **argv) {
     cli_error("Out of memory");
   else
     code = parse(&j, argc, argv);
+  if (code < 0 && j.check_only && wants_mesh(&j))
+    code = cli_error("--check-only builds nothing to be meshed: leave it out or --inp, --hex-vtu");
   if (code < 0) {
     code = CLI_FAILED;
     if (open_outputs(&j)) {

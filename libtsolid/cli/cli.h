@@ -178,6 +178,15 @@ tsolid_status cli_fields_read(cli_fields *fields, tsolid_context *context,
                               const tsolid_solid *solid);
 void cli_fields_free(cli_fields *fields, tsolid_context *context);
 
+/* ---- a mesh of an assembly
+ * ---------------------------------------------------------------------- */
+
+/* Files `inp` and `vtu`, or NULL; `part` as the assembly was made of, solid[k] of part[k]. */
+tsolid_status cli_mesh_assembly(tsolid_context *context, const tsolid_assembly *assembly, int n,
+                                const tsolid_part *part, const tsolid_solid *const *solid,
+                                const tsolid_hex_options *options, const char *inp,
+                                const char *vtu);
+
 /* ---- facts -------------------------------------------------------------------------------------
  */
 

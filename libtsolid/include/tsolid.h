@@ -864,13 +864,41 @@ typedef struct tsolid_hex_view {
   const int *region_face;  /* rows of (element, face): 0..5 = S1..S6 of Abaqus, by region */
   double worst;            /* smallest scaled Jacobian: corners; order 2: 3^3 points per element */
   int worst_element;
-  int proved; /* the certificate of the solid was positive */
+  int proved;  /* the certificate of the solid was positive; of an assembly: of all of them */
+  int n_parts; /* of an assembly; 0: of one solid, then part_start is NULL */
+  const char *const *part_name; /* distinct, letters of either case the same */
+  const int *part_start;        /* part k has the elements part_start[k] .. part_start[k+1]-1 */
+  int n_shared;                 /* nodes of the parts' own meshes less n_nodes */
 } tsolid_hex_view;
 
 /* TSOLID_ERROR_REFUSED when the solid is not proved valid (unless allowed), when a hexahedron folds
  * or when there would be too many. */
 TSOLID_API tsolid_status tsolid_hex_create(tsolid_context *context, const tsolid_solid *solid,
                                            const tsolid_hex_options *options, tsolid_hex **hex);
+
+/* What is a part's own in the mesh of an assembly. */
+typedef struct tsolid_hex_part { /* all zero = default */
+  int divisions[4];              /* as in the options */
+  int n_regions;                 /* in the part's own sides; the mesh calls them PART_NAME */
+  const tsolid_region *regions;
+} tsolid_hex_part;
+
+/* One mesh of an assembly that is joined, solid[k] of part k as given to tsolid_assembly_join, in
+ * its place. Parts share the nodes of every exact, geometric and partial contact where both have
+ * the same functions; a warning tells of contacts that are not bonded so. Divisions go through the
+ * contacts from part to part: the borders of faces and contacts are lines in all parts that they
+ * reach, and between them the largest wanted number of divisions counts. Regions: the free faces
+ * of parts, those without any left out; and for each bonded pair the faces of the first part there,
+ * called contact_PART_PART. options->size 0: a twentieth of the largest part's diagonal;
+ * max_elements of all parts; divisions and regions are those of part[k], not of the options.
+ * part == NULL: all default. TSOLID_ERROR_REFUSED as for one solid, for a part without a solid, for
+ * divisions that contradict each other and for lines that multiply without end. */
+TSOLID_API tsolid_status tsolid_hex_assembly_create(tsolid_context *context,
+                                                    const tsolid_assembly *assembly, int n_parts,
+                                                    const tsolid_solid *const *solid,
+                                                    const tsolid_hex_part *part,
+                                                    const tsolid_hex_options *options,
+                                                    tsolid_hex **hex);
 TSOLID_API void tsolid_hex_free(tsolid_hex *hex);
 TSOLID_API void tsolid_hex_get(const tsolid_hex *hex, tsolid_hex_view *view);
 

@@ -158,4 +158,17 @@ tsolid_status tsi_assembly_total(tsolid_context *context, tsolid_assembly *assem
 /* Fills assembly->prepared. */
 tsolid_status tsi_assembly_prepare(tsolid_context *context, tsolid_assembly *assembly);
 
+/* A rectangle of a side that is one of another part's: direction k of the contact (s, t) runs along
+ * axis[i][k] of part[i], from from[i][k] to to[i][k], in step on both. */
+typedef struct tsi_bond {
+  int part[2], side[2], axis[2][2];
+  double from[2][2], to[2][2];
+} tsi_bond;
+
+/* The rectangles of a contact on two solids: more than one where patches were cut, none where that
+ * is not known. The list is the arena's. */
+tsolid_status tsi_contact_bonds(tsolid_context *context, tsi_arena *arena,
+                                const tsolid_assembly *assembly, int contact,
+                                const tsolid_solid *const *solid, int *n, tsi_bond **bond);
+
 #endif

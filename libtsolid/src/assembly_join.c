@@ -107,9 +107,8 @@ static int open_atlas(tsi_arena *arena, const tsolid_interface *view, int side,
   return 1;
 }
 
-/* The box of element e in (s,t): s0, s1, t0, t1; *swap: S runs along t. */
-static void find_box(const chart *c, int e, double box[4], int *swap) {
-  const double *from = c->side->box + 4 * (size_t)e;
+/* A box of the side in (s,t): s0, s1, t0, t1; *swap: S runs along t. */
+static void pull_box(const chart *c, const double from[4], double box[4], int *swap) {
   *swap = c->ds[0] == 0.0;
   for (int k = 0; k < 2; k++) { /* direction of (s,t) */
     int d = *swap ? 1 - k : k;
@@ -244,7 +243,7 @@ static int compare_elements(tsi_arena *arena, const chart *c, int e, const atlas
   int swap, own[2][2], degree[2];
   function_list list[2];
   const chart *d;
-  find_box(c, e, box[0], &swap);
+  pull_box(c, c->side->box + 4 * (size_t)e, box[0], &swap);
   double s = 0.5 * (box[0][0] + box[0][1]), t = 0.5 * (box[0][2] + box[0][3]);
   if (s <= 0.0 || s >= 1.0 || t <= 0.0 || t >= 1.0)
     return 1;
@@ -254,7 +253,7 @@ static int compare_elements(tsi_arena *arena, const chart *c, int e, const atlas
     found->functions = 0;
     return 1;
   }
-  find_box(d, like, box[1], &swap);
+  pull_box(d, d->side->box + 4 * (size_t)like, box[1], &swap);
   for (int k = 0; k < 4; k++)
     found->functions &= fabs(box[0][k] - box[1][k]) <= box_resolution;
   degrees_of(c, own[0]);
@@ -525,6 +524,54 @@ tsolid_status tsolid_assembly_join(tsolid_context *context, const tsolid_assembl
   else
     *joined = made;
   return status;
+}
+
+/* ---- bonds ------------------------------------------------------------------------------------
+ */
+
+/* Where a box of (s,t) lies on the side of a chart. */
+static void push_box(const chart *c, const double box[4], int side, tsi_bond *bond) {
+  bond->side[side] = c->number;
+  for (int k = 0; k < 2; k++) {
+    int d = c->ds[0] == 0.0 ? 1 - k : k;
+    double slope = k ? c->dt[d] : c->ds[d];
+    bond->axis[side][k] = d ? tsi_side_t(c->number) : tsi_side_s(c->number);
+    bond->from[side][k] = c->origin[d] + slope * box[2 * k];
+    bond->to[side][k] = c->origin[d] + slope * box[2 * k + 1];
+  }
+}
+
+tsolid_status tsi_contact_bonds(tsolid_context *context, tsi_arena *arena,
+                                const tsolid_assembly *assembly, int contact,
+                                const tsolid_solid *const *solid, int *n, tsi_bond **bond) {
+  const tsolid_interface *view = &assembly->contact[contact].view;
+  atlas pieces[2];
+  *n = 0;
+  for (int side = 0; side < 2; side++)
+    if (!open_atlas(arena, view, side, solid[view->part[side]], &pieces[side]))
+      return tsi_no_memory(context, stage);
+  *bond = tsi_arena_new(arena, (size_t)pieces[0].n * (size_t)pieces[1].n, sizeof **bond);
+  if (!*bond)
+    return tsi_no_memory(context, stage);
+  for (int i = 0; i < pieces[0].n; i++)
+    for (int j = 0; j < pieces[1].n; j++) {
+      const chart *c[2] = {&pieces[0].chart[i], &pieces[1].chart[j]};
+      double box[4] = {0.0, 1.0, 0.0, 1.0}, own[4];
+      int swap;
+      for (int side = 0; side < 2; side++) {
+        pull_box(c[side], c[side]->box, own, &swap);
+        for (int k = 0; k < 4; k++)
+          box[k] = k & 1 ? fmin(box[k], own[k]) : fmax(box[k], own[k]);
+      }
+      if (box[1] - box[0] <= box_resolution || box[3] - box[2] <= box_resolution)
+        continue;
+      tsi_bond *to = &(*bond)[(*n)++];
+      for (int side = 0; side < 2; side++) {
+        to->part[side] = view->part[side];
+        push_box(c[side], box, side, to);
+      }
+    }
+  return TSOLID_OK;
 }
 
 /* ---- evaluation --------------------------------------------------------------------------------

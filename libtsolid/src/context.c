@@ -67,6 +67,7 @@ size_t tsolid_struct_size(const char *name) {
       ROW(tsolid_assembly_view),
       ROW(tsolid_region),
       ROW(tsolid_hex_options),
+      ROW(tsolid_hex_part),
       ROW(tsolid_hex_view),
       ROW(tsolid_field),
       ROW(tsolid_bext_options),

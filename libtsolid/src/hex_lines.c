@@ -14,15 +14,6 @@ static const char stage[] = "hexahedra";
 
 enum { STATIONS = 24, N_LINES = 54, LAYERS = 3 };
 
-/* Speeds of n_lines lines at the middles of n_stations equal steps of each interval between hard
- * positions. */
-typedef struct axis_speed {
-  int n_hard, n_lines;
-  double *hard;   /* n_hard + 1 positions, 0 and 1 among them */
-  double *length; /* [interval][line] */
-  double *mean;   /* [interval][station] mean speed over the lines */
-} axis_speed;
-
 /* ---- hard positions ----------------------------------------------------------------------------
  */
 
@@ -32,7 +23,7 @@ static int compare_doubles(const void *a, const void *b) {
 }
 
 static tsolid_status collect_hard(tsolid_context *context, tsi_arena *arena, int axis,
-                                  int n_regions, const tsolid_region *region, axis_speed *speed) {
+                                  int n_regions, const tsolid_region *region, tsi_hex_axis *speed) {
   int n = 2, kept = 0;
   speed->hard = tsi_arena_new(arena, 2 + 2 * (size_t)n_regions, sizeof *speed->hard);
   if (!speed->hard)
@@ -79,8 +70,8 @@ static int place_on_line(const tsolid_solid *solid, int d, int line, double x, d
   return tsolid_solid_boundary_point(solid, side, is_s ? x : across, is_s ? across : x, u);
 }
 
-static tsolid_status sample_speeds(tsolid_context *context, tsi_arena *arena,
-                                   const tsolid_solid *solid, int d, axis_speed *speed) {
+tsolid_status tsi_hex_axis_sample(tsolid_context *context, tsi_arena *arena,
+                                  const tsolid_solid *solid, int d, tsi_hex_axis *speed) {
   int n_lines = d == 3 ? N_LINES : 21;
   speed->n_lines = n_lines;
   size_t n_hard = (size_t)speed->n_hard;
@@ -111,7 +102,7 @@ static tsolid_status sample_speeds(tsolid_context *context, tsi_arena *arena,
 /* ---- divisions ---------------------------------------------------------------------------------
  */
 
-static double longest(const axis_speed *speed, int interval) {
+double tsi_hex_axis_longest(const tsi_hex_axis *speed, int interval) {
   double most = 0.0;
   for (int line = 0; line < speed->n_lines; line++)
     most = fmax(most, speed->length[interval * speed->n_lines + line]);
@@ -120,16 +111,16 @@ static double longest(const axis_speed *speed, int interval) {
 
 /* Divisions of each interval: from the size, or `wanted` in all, one at least, each new one where
  * the pieces are longest. */
-static tsolid_status divide(tsolid_context *context, const axis_speed *speed, int d, double size,
+static tsolid_status divide(tsolid_context *context, const tsi_hex_axis *speed, int d, double size,
                             int wanted, int *n_of, int *n) {
   static const char *const name[] = {"x", "y", "z", "the layers"};
   *n = 0;
   for (int i = 0; i < speed->n_hard; i++) {
-    double pieces = wanted ? 1.0 : ceil(longest(speed, i) / size * (1.0 - 1e-9));
+    double pieces = wanted ? 1.0 : ceil(tsi_hex_axis_longest(speed, i) / size * (1.0 - 1e-9));
     if (!(pieces <= 1e6))
       return tsi_fail(context, TSOLID_ERROR_REFUSED, stage,
                       "Elements of size %g along %s are too many: the part is %g long there", size,
-                      name[d], longest(speed, i));
+                      name[d], tsi_hex_axis_longest(speed, i));
     n_of[i] = pieces < 1.0 ? 1 : (int)pieces;
     *n += n_of[i];
   }
@@ -140,7 +131,7 @@ static tsolid_status divide(tsolid_context *context, const axis_speed *speed, in
   for (; wanted && *n < wanted; ++*n) {
     int best = 0;
     for (int i = 1; i < speed->n_hard; i++)
-      if (longest(speed, i) / n_of[i] > longest(speed, best) / n_of[best])
+      if (tsi_hex_axis_longest(speed, i) / n_of[i] > tsi_hex_axis_longest(speed, best) / n_of[best])
         best = i;
     n_of[best]++;
   }
@@ -148,7 +139,7 @@ static tsolid_status divide(tsolid_context *context, const axis_speed *speed, in
 }
 
 /* Position in interval i where the share of its mean length is reached. */
-static double position_at(const axis_speed *speed, int i, double share) {
+double tsi_hex_axis_position(const tsi_hex_axis *speed, int i, double share) {
   const double *mean = speed->mean + i * STATIONS;
   double low = speed->hard[i], width = speed->hard[i + 1] - low, total = 0.0, done = 0.0;
   for (int k = 0; k < STATIONS; k++)
@@ -172,8 +163,9 @@ static double graded_share(int k, int n, double grading) {
   return (pow(ratio, k) - 1.0) / (pow(ratio, n) - 1.0);
 }
 
-static tsolid_status place_lines(tsolid_context *context, tsi_arena *arena, const axis_speed *speed,
-                                 const int *n_of, double grading, int d, tsi_hex_lines *lines) {
+static tsolid_status place_lines(tsolid_context *context, tsi_arena *arena,
+                                 const tsi_hex_axis *speed, const int *n_of, double grading, int d,
+                                 tsi_hex_lines *lines) {
   int order = lines->order, at = 0;
   double *x = tsi_arena_new(arena, (size_t)(order * lines->n[d] + 1), sizeof *x);
   if (!x)
@@ -181,7 +173,8 @@ static tsolid_status place_lines(tsolid_context *context, tsi_arena *arena, cons
   for (int i = 0; i < speed->n_hard; i++)
     for (int k = 0; k < n_of[i]; k++, at += order)
       x[at] = k == 0 ? speed->hard[i]
-                     : position_at(speed, i, graded_share(k, n_of[i], d == 3 ? grading : 1.0));
+                     : tsi_hex_axis_position(speed, i,
+                                             graded_share(k, n_of[i], d == 3 ? grading : 1.0));
   x[at] = 1.0;
   for (int k = 1; order == 2 && k < at; k += 2)
     x[k] = 0.5 * (x[k - 1] + x[k + 1]);
@@ -189,7 +182,7 @@ static tsolid_status place_lines(tsolid_context *context, tsi_arena *arena, cons
   return TSOLID_OK;
 }
 
-static double diagonal(const tsolid_boundary *boundary) {
+double tsi_hex_diagonal(const tsolid_boundary *boundary) {
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
   for (size_t i = 0; i < (size_t)boundary->n_functions; i++)
     for (size_t c = 0; c < 3; c++) {
@@ -200,29 +193,24 @@ static double diagonal(const tsolid_boundary *boundary) {
   return hypot(hypot(high[0] - low[0], high[1] - low[1]), high[2] - low[2]);
 }
 
-tsolid_status tsi_hex_lines_create(tsolid_context *context, tsi_arena *arena,
-                                   const tsolid_solid *solid, const tsolid_hex_options *options,
-                                   int n_regions, const tsolid_region *region,
-                                   tsi_hex_lines *lines) {
+tsolid_status tsi_hex_axis_lines(tsolid_context *context, tsi_arena *arena,
+                                 const tsolid_solid *solid, const tsolid_hex_options *options,
+                                 int d, tsi_hex_lines *lines) {
+  double size = options->size > 0.0 ? options->size : tsi_hex_diagonal(solid->space->boundary) / 20;
+  tsi_hex_axis speed = {0};
   lines->order = options->order == 2 ? 2 : 1;
-  double size = options->size > 0.0 ? options->size : diagonal(solid->space->boundary) / 20.0;
-  for (int d = 0; d < 4; d++) {
-    axis_speed speed = {0};
-    int *n_of = NULL;
-    tsolid_status status = collect_hard(context, arena, d, n_regions, region, &speed);
-    if (!status)
-      status = sample_speeds(context, arena, solid, d, &speed);
-    if (status)
-      return status;
-    n_of = tsi_arena_new(arena, (size_t)speed.n_hard, sizeof *n_of);
-    if (!n_of)
-      return tsi_no_memory(context, stage);
-    status = divide(context, &speed, d, size, options->divisions[d], n_of, &lines->n[d]);
-    if (!status)
-      status = place_lines(context, arena, &speed, n_of,
-                           options->grading > 0.0 ? options->grading : 1.0, d, lines);
-    if (status)
-      return status;
-  }
-  return TSOLID_OK;
+  tsolid_status status =
+      collect_hard(context, arena, d, options->n_regions, options->regions, &speed);
+  if (!status)
+    status = tsi_hex_axis_sample(context, arena, solid, d, &speed);
+  if (status)
+    return status;
+  int *n_of = tsi_arena_new(arena, (size_t)speed.n_hard, sizeof *n_of);
+  if (!n_of)
+    return tsi_no_memory(context, stage);
+  status = divide(context, &speed, d, size, options->divisions[d], n_of, &lines->n[d]);
+  if (!status)
+    status = place_lines(context, arena, &speed, n_of,
+                         options->grading > 0.0 ? options->grading : 1.0, d, lines);
+  return status;
 }

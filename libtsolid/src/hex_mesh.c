@@ -110,7 +110,7 @@ typedef struct quad {
   int side, i, j, element;
 } quad;
 
-static int first_quad(const tsi_hex_lines *lines, int side) {
+int tsi_hex_first_outer(const tsi_hex_lines *lines, int side) {
   const int *n = lines->n;
   int first = n[0] * n[1] * n[2];
   for (int k = 0; k < side; k++)
@@ -135,7 +135,7 @@ static tsolid_status assign_faces(tsolid_context *context, tsi_arena *arena,
   int q = 0;
   for (int side = 0; side < 6; side++) {
     const double *s = lines->x[tsi_side_s(side)], *t = lines->x[tsi_side_t(side)];
-    int element = first_quad(lines, side);
+    int element = tsi_hex_first_outer(lines, side);
     for (int j = 0; j < lines->n[tsi_side_t(side)]; j++)
       for (int i = 0; i < lines->n[tsi_side_s(side)]; i++, q++) {
         of[q] = region_of(n_boxes, region, side, 0.5 * (s[order * i] + s[order * (i + 1)]),
@@ -323,7 +323,7 @@ static tsolid_status evaluate_nodes(tsolid_context *context, const lattice *l, c
 /* ---- the driver --------------------------------------------------------------------------------
  */
 
-static tsolid_status check_options(tsolid_context *context, const tsolid_hex_options *options) {
+tsolid_status tsi_hex_check_options(tsolid_context *context, tsolid_hex_options *options) {
   int good = options->order >= 0 && options->order <= 2 && options->size >= 0.0 &&
              isfinite(options->size) && options->max_elements >= 0 && options->n_regions >= 0 &&
              options->grading >= 0.0 && (options->n_regions == 0 || options->regions);
@@ -335,11 +335,15 @@ static tsolid_status check_options(tsolid_context *context, const tsolid_hex_opt
   if (options->grading > 0.0 && !(options->grading >= 1e-3 && options->grading <= 1e3))
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage, "The grading %g is not in 0.001 to 1000",
                     options->grading);
-  return TSOLID_OK;
+  if (!options->n_regions) {
+    options->n_regions = 6;
+    options->regions = side_region;
+  }
+  return check_regions(context, options->n_regions, options->regions);
 }
 
-static tsolid_status check_proof(tsolid_context *context, const tsolid_solid *solid,
-                                 const tsolid_hex_options *options, int *proved) {
+tsolid_status tsi_hex_check_proof(tsolid_context *context, const tsolid_solid *solid,
+                                  const tsolid_hex_options *options, int *proved) {
   tsolid_certificate certificate;
   tsolid_status status = tsolid_certify(context, solid, NULL, &certificate, NULL);
   if (status)
@@ -405,7 +409,8 @@ static tsolid_status fill_mesh(tsolid_context *context, tsi_arena *arena, lattic
   return status;
 }
 
-static tsolid_status check_quality(tsolid_context *context, const tsolid_hex *hex) {
+tsolid_status tsi_hex_check_quality(tsolid_context *context, tsolid_hex *hex) {
+  tsi_hex_measure(hex);
   if (hex->worst > 0.0)
     return TSOLID_OK;
   const int *node = hex->element + (size_t)hex->worst_element * (size_t)tsi_hex_width(hex->order);
@@ -420,48 +425,66 @@ static tsolid_status check_quality(tsolid_context *context, const tsolid_hex *he
                     finding.point[0], finding.point[1], finding.point[2], hex->worst);
 }
 
+tsolid_hex *tsi_hex_new(tsolid_context *context) {
+  tsolid_hex *hex = tsi_new(&context->allocator, 1, sizeof *hex);
+  if (hex) {
+    hex->allocator = context->allocator;
+    hex->references = 1;
+  }
+  return hex;
+}
+
+tsolid_status tsi_hex_build(tsolid_context *context, tsi_arena *arena, const tsolid_solid *solid,
+                            const tsolid_hex_options *options, const tsi_hex_lines *lines,
+                            int **surface, tsolid_hex **result) {
+  int n_regions = options->n_regions;
+  const tsolid_region *region = options->regions;
+  lattice l = {.solid = solid, .lines = lines};
+  tsolid_hex *hex = tsi_hex_new(context);
+  int *set_of = tsi_arena_new(arena, (size_t)n_regions, sizeof *set_of);
+  tsolid_status status = hex && set_of ? TSOLID_OK : tsi_no_memory(context, stage);
+  if (!status)
+    status = count_mesh(context, lines, options->max_elements, &l, hex);
+  if (!status)
+    status = copy_names(context, arena, n_regions, region, set_of, hex);
+  if (!status)
+    status = fill_mesh(context, arena, &l, hex);
+  if (!status)
+    status = assign_faces(context, arena, lines, n_regions, region, set_of, hex);
+  if (!status && surface)
+    *surface = l.node + l.n_core + (l.n_layers - 1) * l.n_surface;
+  if (status)
+    tsolid_hex_free(hex);
+  else
+    *result = hex;
+  return status;
+}
+
 tsolid_status tsolid_hex_create(tsolid_context *context, const tsolid_solid *solid,
                                 const tsolid_hex_options *options, tsolid_hex **result) {
-  static const tsolid_hex_options defaults;
   if (!context || !result)
     return TSOLID_ERROR_ARGUMENT;
   *result = NULL;
   if (!solid)
     return tsi_fail(context, TSOLID_ERROR_ARGUMENT, stage, "The solid is NULL");
-  options = options ? options : &defaults;
-  int n_regions = options->n_regions ? options->n_regions : 6;
-  const tsolid_region *region = options->n_regions ? options->regions : side_region;
+  tsolid_hex_options given = {0};
+  if (options)
+    given = *options;
   tsi_arena arena = tsi_arena_create(context);
   tsi_hex_lines lines = {0};
-  lattice l = {.solid = solid, .lines = &lines};
-  tsolid_status status = check_options(context, options);
-  tsolid_hex *hex = status ? NULL : tsi_new(&context->allocator, 1, sizeof *hex);
-  int *set_of = status ? NULL : tsi_arena_new(&arena, (size_t)n_regions, sizeof *set_of);
-  if (!status && (!hex || !set_of))
-    status = tsi_no_memory(context, stage);
-  if (hex)
-    hex->allocator = context->allocator;
-  if (hex)
-    hex->references = 1;
+  tsolid_hex *hex = NULL;
+  int proved = 0;
+  tsolid_status status = tsi_hex_check_options(context, &given);
+  if (!status)
+    status = tsi_hex_check_proof(context, solid, &given, &proved);
+  for (int d = 0; d < 4 && !status; d++)
+    status = tsi_hex_axis_lines(context, &arena, solid, &given, d, &lines);
+  if (!status)
+    status = tsi_hex_build(context, &arena, solid, &given, &lines, NULL, &hex);
   if (status)
     goto done;
-  status = check_regions(context, n_regions, region);
-  if (!status)
-    status = check_proof(context, solid, options, &hex->proved);
-  if (!status)
-    status = tsi_hex_lines_create(context, &arena, solid, options, n_regions, region, &lines);
-  if (!status)
-    status = count_mesh(context, &lines, options->max_elements, &l, hex);
-  if (!status)
-    status = copy_names(context, &arena, n_regions, region, set_of, hex);
-  if (!status)
-    status = fill_mesh(context, &arena, &l, hex);
-  if (!status)
-    status = assign_faces(context, &arena, &lines, n_regions, region, set_of, hex);
-  if (status)
-    goto done;
-  tsi_hex_measure(hex);
-  status = check_quality(context, hex);
+  hex->proved = proved;
+  status = tsi_hex_check_quality(context, hex);
 done:
   tsi_arena_free(&arena);
   if (status)
@@ -481,6 +504,9 @@ void tsolid_hex_free(tsolid_hex *hex) {
   tsi_delete(&allocator, (void *)(uintptr_t)hex->region_name);
   tsi_delete(&allocator, hex->region_start);
   tsi_delete(&allocator, hex->region_face);
+  tsi_delete(&allocator, hex->part_start);
+  tsi_delete(&allocator, hex->part_names);
+  tsi_delete(&allocator, (void *)(uintptr_t)hex->part_name);
   tsi_delete(&allocator, hex);
 }
 
@@ -497,6 +523,10 @@ void tsolid_hex_get(const tsolid_hex *hex, tsolid_hex_view *view) {
                             .region_face = hex->region_face,
                             .worst = hex->worst,
                             .worst_element = hex->worst_element,
-                            .proved = hex->proved};
+                            .proved = hex->proved,
+                            .n_parts = hex->n_parts,
+                            .part_name = hex->part_name,
+                            .part_start = hex->part_start,
+                            .n_shared = hex->n_shared};
   memcpy(view->divisions, hex->divisions, sizeof view->divisions);
 }

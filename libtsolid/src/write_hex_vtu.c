@@ -2,7 +2,8 @@
  * Writes hexahedra for VTK and ParaView: cells 12 (VTK_HEXAHEDRON) or 25 (VTK_QUADRATIC_HEXAHEDRON)
  * with the nodes in the order of Abaqus, which is VTK's; behind them a quadrilateral (9, or 23 with
  * mid nodes) for every face of every region. Cell data Region: 0 for hexahedra, k for the faces of
- * region k, counted from 1; field data RegionNames has the names. */
+ * region k, counted from 1; field data RegionNames has the names. Of an assembly also cell data
+ * Part, counted from 1, and PartNames. */
 #include "hex.h"
 #include "vtu.h"
 
@@ -12,6 +13,7 @@ enum { HEXAHEDRON = 12, QUADRATIC_HEXAHEDRON = 25, QUAD = 9, QUADRATIC_QUAD = 23
 
 typedef enum array_id {
   ARRAY_REGION,
+  ARRAY_PART, /* of an assembly only */
   ARRAY_POINTS,
   ARRAY_CONNECTIVITY,
   ARRAY_OFFSETS,
@@ -19,11 +21,9 @@ typedef enum array_id {
   N_ARRAYS
 } array_id;
 
-static const tsi_vtu_array arrays[N_ARRAYS] = {{"Region", "Int32", 4, 1},
-                                               {"Points", "Float64", 8, 3},
-                                               {"connectivity", "Int64", 8, 1},
-                                               {"offsets", "Int64", 8, 1},
-                                               {"types", "UInt8", 1, 1}};
+static const tsi_vtu_array arrays[N_ARRAYS] = {
+    {"Region", "Int32", 4, 1},       {"Part", "Int32", 4, 1},    {"Points", "Float64", 8, 3},
+    {"connectivity", "Int64", 8, 1}, {"offsets", "Int64", 8, 1}, {"types", "UInt8", 1, 1}};
 
 typedef struct writer {
   tsi_vtu vtu;
@@ -39,6 +39,24 @@ static void put_regions(writer *w) {
   for (int r = 0; r < hex->n_regions; r++)
     for (int k = hex->region_start[r]; k < hex->region_start[r + 1]; k++)
       tsi_vtu_word(&w->vtu, (uint64_t)r + 1, 4);
+}
+
+static void put_parts(writer *w) {
+  const tsolid_hex *hex = w->hex;
+  for (int p = 0; p < hex->n_parts; p++)
+    for (int e = hex->part_start[p]; e < hex->part_start[p + 1]; e++)
+      tsi_vtu_word(&w->vtu, (uint64_t)p + 1, 4);
+  for (size_t k = 0; k < w->n_faces; k++) {
+    int element = hex->region_face[2 * k], low = 0, high = hex->n_parts - 1;
+    while (low < high) {
+      int middle = (low + high) / 2;
+      if (element < hex->part_start[middle + 1])
+        high = middle;
+      else
+        low = middle + 1;
+    }
+    tsi_vtu_word(&w->vtu, (uint64_t)low + 1, 4);
+  }
 }
 
 static void put_connectivity(writer *w) {
@@ -74,6 +92,9 @@ static void put_array(writer *w, array_id id) {
   case ARRAY_REGION:
     put_regions(w);
     break;
+  case ARRAY_PART:
+    put_parts(w);
+    break;
   case ARRAY_POINTS:
     for (size_t k = 0; k < 3 * (size_t)w->hex->n_nodes; k++)
       tsi_vtu_double(&w->vtu, w->hex->nodes[k]);
@@ -89,13 +110,15 @@ static void put_array(writer *w, array_id id) {
 }
 
 /* Characters as numbers, each name ended by a zero: how VTK writes texts. */
-static void put_names(writer *w) {
+static void put_names(writer *w, const char *title, int n, const char *const *name) {
   tsi_output *out = &w->vtu.out;
-  tsi_output_text(out, "    <Array type=\"String\" Name=\"RegionNames\" NumberOfTuples=\"");
-  tsi_output_integer(out, w->hex->n_regions);
+  tsi_output_text(out, "    <Array type=\"String\" Name=\"");
+  tsi_output_text(out, title);
+  tsi_output_text(out, "\" NumberOfTuples=\"");
+  tsi_output_integer(out, n);
   tsi_output_text(out, "\" format=\"ascii\">\n");
-  for (int r = 0; r < w->hex->n_regions; r++) {
-    for (const char *c = w->hex->region_name[r]; *c; c++) {
+  for (int r = 0; r < n; r++) {
+    for (const char *c = name[r]; *c; c++) {
       tsi_output_integer(out, (unsigned char)*c);
       tsi_output_text(out, " ");
     }
@@ -110,11 +133,15 @@ static void put_head(writer *w) {
   if (!w->hex->proved)
     tsi_output_text(out, "  <!-- The solid is NOT proved valid: det J > 0 is not certain. -->\n");
   tsi_output_text(out, "  <FieldData>\n");
-  put_names(w);
+  put_names(w, "RegionNames", w->hex->n_regions, w->hex->region_name);
+  if (w->hex->n_parts)
+    put_names(w, "PartNames", w->hex->n_parts, w->hex->part_name);
   tsi_output_text(out, "  </FieldData>\n");
   tsi_vtu_piece(&w->vtu, w->n_tuples[ARRAY_POINTS], w->n_cells);
   tsi_output_text(out, "   <CellData Scalars=\"Region\">\n");
   tsi_vtu_declare(&w->vtu, &arrays[ARRAY_REGION], w->n_tuples[ARRAY_REGION]);
+  if (w->hex->n_parts)
+    tsi_vtu_declare(&w->vtu, &arrays[ARRAY_PART], w->n_tuples[ARRAY_PART]);
   tsi_output_text(out, "   </CellData>\n   <Points>\n");
   tsi_vtu_declare(&w->vtu, &arrays[ARRAY_POINTS], w->n_tuples[ARRAY_POINTS]);
   tsi_output_text(out, "   </Points>\n   <Cells>\n");
@@ -136,7 +163,8 @@ static tsolid_status put_document(writer *w) {
   put_head(w);
   tsi_vtu_data(&w->vtu);
   for (int id = 0; id < N_ARRAYS && !status; id++) {
-    put_array(w, (array_id)id);
+    if (id != ARRAY_PART || hex->n_parts)
+      put_array(w, (array_id)id);
     status = tsi_progress(w->vtu.out.context, stage, (id + 1.0) / N_ARRAYS);
   }
   tsi_vtu_end(&w->vtu);

@@ -52,6 +52,19 @@ static void put_elements(tsi_output *out, const tsolid_hex *hex) {
   }
 }
 
+/* Elements of a part follow each other. */
+static void put_parts(tsi_output *out, const tsolid_hex *hex) {
+  for (int k = 0; k < hex->n_parts; k++) {
+    tsi_output_text(out, "*ELSET, GENERATE, ELSET=");
+    put_name(out, hex->part_name[k]);
+    tsi_output_text(out, "\n");
+    tsi_output_integer(out, hex->part_start[k] + 1);
+    tsi_output_text(out, ", ");
+    tsi_output_integer(out, hex->part_start[k + 1]);
+    tsi_output_text(out, "\n");
+  }
+}
+
 const signed char tsi_hex_face_nodes[6][8] = {
     {0, 3, 2, 1, 11, 10, 9, 8},  {4, 5, 6, 7, 12, 13, 14, 15}, {0, 1, 5, 4, 8, 17, 12, 16},
     {1, 2, 6, 5, 9, 18, 13, 17}, {2, 3, 7, 6, 10, 19, 14, 18}, {3, 0, 4, 7, 11, 16, 15, 19}};
@@ -102,6 +115,7 @@ tsolid_status tsolid_write_inp(tsolid_context *context, const tsolid_hex *hex, c
       tsi_output_text(&out, "** The solid is NOT proved valid: det J > 0 is not certain.\n");
     put_nodes(&out, hex);
     put_elements(&out, hex);
+    put_parts(&out, hex);
     for (int k = 0; k < hex->n_regions && out.status == TSOLID_OK; k++) {
       put_region(&out, hex, k, mark);
       status = tsi_progress(context, stage, (k + 1.0) / hex->n_regions);

@@ -618,6 +618,18 @@ class HexView(ctypes.Structure):
         ("worst", c_double),
         ("worst_element", c_int),
         ("proved", c_int),
+        ("n_parts", c_int),
+        ("part_name", POINTER(c_char_p)),
+        ("part_start", _ints),
+        ("n_shared", c_int),
+    ]
+
+
+class HexPart(ctypes.Structure):
+    _fields_ = [
+        ("divisions", c_int * 4),
+        ("n_regions", c_int),
+        ("regions", POINTER(RegionStruct)),
     ]
 
 
@@ -707,6 +719,7 @@ STRUCTS = {
     "tsolid_region": RegionStruct,
     "tsolid_hex_options": HexOptions,
     "tsolid_hex_view": HexView,
+    "tsolid_hex_part": HexPart,
     "tsolid_field": FieldStruct,
     "tsolid_bext_options": BextOptions,
     "tsolid_bext_view": BextView,
@@ -829,6 +842,18 @@ FUNCTIONS = {
     ),
     "tsolid_assembly_json": (c_int, [_handle, _handle, POINTER(c_char_p)]),
     "tsolid_hex_create": (c_int, [_handle, _handle, POINTER(HexOptions), _handle_out]),
+    "tsolid_hex_assembly_create": (
+        c_int,
+        [
+            _handle,
+            _handle,
+            c_int,
+            POINTER(_handle),
+            POINTER(HexPart),
+            POINTER(HexOptions),
+            _handle_out,
+        ],
+    ),
     "tsolid_hex_free": (None, [_handle]),
     "tsolid_hex_get": (None, [_handle, POINTER(HexView)]),
     "tsolid_read_tsb": (c_int, [_handle, c_char_p, _handle_out]),
