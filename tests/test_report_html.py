@@ -191,6 +191,7 @@ class Verdict(unittest.TestCase):
             "point": [0, 0, 0], "satisfied": True,
             "pieces": [{"side": 0, "box": [0, 1, 0, 1]}]}]
         cls.good["volume"] = {"quadrature": 1.0, "flux": 1.0, "relative_difference": 0.0,
+                              "declared": 0.0,
                               "allowed": 1e-12, "satisfied": True}
         cls.good["verdict"] = "positive"
 

@@ -198,6 +198,27 @@ void tsi_corner_measure(const tsolid_boundary *boundary, int corner, tsi_corner 
   find_singular(result);
 }
 
+int tsi_singular_corners(const tsolid_space *space, const tsi_corner corners[8], int element) {
+  const tsi_element *e = &space->element[element];
+  int bits = 0;
+  if (e->block == 0)
+    return 0;
+  int side = e->block - 1, axis = tsi_side_axis(side), end = side & 1;
+  double height = space->tmesh->arm_height[side];
+  double outer = end ? 1.0 + height : -height;
+  for (int corner = 0; corner < 8; corner++) {
+    int touches = (corner >> axis & 1) == end;
+    for (int d = 0; d < 3; d++) {
+      int upper = corner >> d & 1;
+      double u = e->box[upper ? 3 + d : d];
+      touches = touches && (d == axis ? fabs(u - outer) <= 1e-9 * height : u == (double)upper);
+    }
+    if (touches && corners[corner].singular[axis])
+      bits |= 1 << corner;
+  }
+  return bits;
+}
+
 /* ---- the smallest bound
  * -------------------------------------------------------------------------- */
 

@@ -36,6 +36,9 @@ typedef struct tsi_corner {
 
 void tsi_corner_measure(const tsolid_boundary *boundary, int corner, tsi_corner *result);
 
+/* Bits of an element's corners that are singular corners of the input. */
+int tsi_singular_corners(const tsolid_space *space, const tsi_corner corners[8], int element);
+
 /* Distance of the origin from the convex hull of n = 1, 2 or 3 vectors. */
 double tsi_hull_distance(int n, const double (*vector)[3]);
 

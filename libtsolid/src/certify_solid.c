@@ -92,27 +92,6 @@ static void translate_control(run *r, size_t n) {
   }
 }
 
-/* Bits of the element's corners that are singular corners of the input. */
-static int singular_corners(const run *r, const tsi_element *e) {
-  int bits = 0;
-  if (e->block == 0)
-    return 0;
-  int side = e->block - 1, axis = tsi_side_axis(side), end = side & 1;
-  double height = r->space->tmesh->arm_height[side];
-  double outer = end ? 1.0 + height : -height;
-  for (int corner = 0; corner < 8; corner++) {
-    int touches = (corner >> axis & 1) == end;
-    for (int d = 0; d < 3; d++) {
-      int upper = corner >> d & 1;
-      double u = e->box[upper ? 3 + d : d];
-      touches = touches && (d == axis ? fabs(u - outer) <= 1e-9 * height : u == (double)upper);
-    }
-    if (touches && r->corner[corner].singular[axis])
-      bits |= 1 << corner;
-  }
-  return bits;
-}
-
 /* Error of the net, see the top; decides between the two forms of N. */
 static void set_errors(const run *r, int element, tsi_certify_task *task) {
   const tsi_element *e = &r->space->element[element];
@@ -150,7 +129,7 @@ static void certify_one(const run *r, int element, int thread) {
                            0,
                            r->max_depth};
   tsi_element_net(r->space, r->control, 4, element, r->net[thread]);
-  task.singular = singular_corners(r, e);
+  task.singular = tsi_singular_corners(r->space, r->corner, element);
   set_errors(r, element, &task);
   tsi_certify_run(r->certifier[thread], &task, &r->outcome[element]);
 }

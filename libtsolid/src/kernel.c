@@ -138,6 +138,11 @@ static shape shape_of(const tsi_kernel *kernel, int element) {
   return s;
 }
 
+void tsi_kernel_points(const tsi_kernel *kernel, int element, int n[3]) {
+  for (int a = 0; a < 3; a++)
+    n[a] = kernel->table[kernel->space->element[element].degree[a]]->n_points;
+}
+
 /* Values (if value is not NULL) and the three derivatives of one scalar net at the points.
  * The net is [k][j][i]; after the rotations the points are [q2][q1][q0] again. */
 static void differentiate(const shape *s, const double *net, double *work, double *value,

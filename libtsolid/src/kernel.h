@@ -27,6 +27,9 @@ tsolid_status tsi_kernel_create(tsolid_context *context, const tsolid_space *spa
                                 const double *control, tsi_rule rule, tsi_kernel **kernel);
 void tsi_kernel_free(tsi_kernel *kernel); /* NULL allowed */
 
+/* Points of an element per direction; the first direction runs fastest. */
+void tsi_kernel_points(const tsi_kernel *kernel, int element, int n[3]);
+
 /* position: Euclidean, rows of 3 for all functions. gradient: rows of 3 for the free ones (inner,
  * R-), or NULL. Elements with active[e] == 0 are left out (NULL: none are). element_energy (one per
  * element, 0 where left out) may be NULL. The same bits for every number of threads. */

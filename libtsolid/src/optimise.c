@@ -45,7 +45,30 @@ static const struct {
 /* ---- densities
  * ------------------------------------------------------------------------------------------- */
 
+/* Corners where det J = 0 whatever the inside are left out of energies and of the worst place:
+ * there both are round-off. */
+typedef struct sampling {
+  const tsi_kernel *kernel;
+  const int *singular; /* per element: bits of its corners */
+} sampling;
+
+static int is_left_out(const sampling *s, int element, int point) {
+  int n[3], corner = 0;
+  if (!s->singular[element])
+    return 0;
+  tsi_kernel_points(s->kernel, element, n);
+  for (int a = 0; a < 3; a++) {
+    int i = point % n[a];
+    if (i > 0 && i < n[a] - 1)
+      return 0;
+    corner |= (i > 0) << a;
+    point /= n[a];
+  }
+  return s->singular[element] >> corner & 1;
+}
+
 typedef struct barrier {
+  sampling points;
   const double (*target)[3]; /* tau per element */
   const double *scale;       /* weight per element */
   double epsilon, theta, shape, angle;
@@ -133,7 +156,8 @@ static void barrier_density(const void *data, int element, int n, int stride, co
   for (int first = 0; first < n; first += BATCH) {
     int m = n - first < BATCH ? n - first : BATCH;
     for (int q = 0; q < m; q++)
-      w[q] = weight[first + q] * b->scale[element];
+      w[q] =
+          is_left_out(&b->points, element, first + q) ? 0.0 : weight[first + q] * b->scale[element];
     for (int i = 0; i < 9; i++)
       for (int q = 0; q < m; q++)
         f[i][q] = j[(ptrdiff_t)(3 * (i % 3) + i / 3) * stride + first + q] / tau[i / 3];
@@ -148,9 +172,11 @@ static void barrier_density(const void *data, int element, int n, int stride, co
 static void worst_density(const void *data, int element, int n, int stride, const double *weight,
                           const double *j, double *energy, double *g) {
   double worst = INFINITY;
-  (void)data, (void)element, (void)weight, (void)g;
+  (void)weight, (void)g;
   for (int q = 0; q < n; q++) {
     double f[9];
+    if (is_left_out(data, element, q))
+      continue;
     for (int i = 0; i < 9; i++)
       f[i] = j[(ptrdiff_t)i * stride + q];
     double d = f[0] * (f[4] * f[8] - f[5] * f[7]) - f[1] * (f[3] * f[8] - f[5] * f[6]) +
@@ -176,6 +202,7 @@ typedef struct optimiser {
   double *position, *best, *gradient, *element_worst, *diagonal;
   double (*target)[3];
   double *scale;
+  int *singular; /* per element: bits of its corners where det J = 0 */
   double best_worst;
   barrier barrier;
   tsolid_status status;
@@ -226,7 +253,9 @@ static void choose_targets(optimiser *o) {
 
 static double worst_of(optimiser *o, const double *position) {
   double energy, worst = INFINITY;
-  tsi_kernel_energy(o->grid, position, worst_density, o, NULL, &energy, NULL, o->element_worst);
+  const sampling points = {o->grid, o->singular};
+  tsi_kernel_energy(o->grid, position, worst_density, &points, NULL, &energy, NULL,
+                    o->element_worst);
   for (int e = 0; e < o->space->n_elements; e++)
     worst = fmin(worst, o->element_worst[e]);
   return worst;
@@ -237,6 +266,7 @@ static lbfgsfloatval_t evaluate(void *data, const lbfgsfloatval_t *x, lbfgsfloat
   optimiser *o = data;
   double energy;
   (void)step;
+  o->barrier.points = (sampling){o->inside, o->singular};
   for (int i = 0; i < n; i++)
     o->position[i] = x[i] * o->diagonal[i / 3];
   tsi_kernel_energy(o->inside, o->position, barrier_density, &o->barrier, NULL, &energy, g, NULL);
@@ -339,6 +369,14 @@ static tsolid_status raise_worst(optimiser *o, int effort, double bound) {
  * --------------------------------------------------------------------------------------------------
  */
 
+static void find_singular(optimiser *o) {
+  tsi_corner corner[8];
+  for (int c = 0; c < 8; c++)
+    tsi_corner_measure(o->space->boundary, c, &corner[c]);
+  for (int e = 0; e < o->space->n_elements; e++)
+    o->singular[e] = tsi_singular_corners(o->space, corner, e);
+}
+
 static tsolid_status prepare(optimiser *o, const tsolid_solid *start, tsi_arena *arena,
                              double centre[3]) {
   const tsolid_space *space = o->space;
@@ -349,10 +387,12 @@ static tsolid_status prepare(optimiser *o, const tsolid_solid *start, tsi_arena 
   o->scale = tsi_arena_new(arena, n_elements, sizeof(double));
   o->element_worst = tsi_arena_new(arena, n_elements, sizeof(double));
   o->diagonal = tsi_arena_new(arena, n_free, sizeof(double));
+  o->singular = tsi_arena_new(arena, n_elements, sizeof(int));
   double(*factor)[3] = tsi_arena_new(arena, n_elements, sizeof *factor);
   if (!o->position || !o->best || !o->target || !o->scale || !o->element_worst || !o->diagonal ||
-      !factor)
+      !o->singular || !factor)
     return tsi_no_memory(o->context, STAGE);
+  find_singular(o);
   tsi_boundary_positions(space, o->position + 3 * n_free, centre);
   for (size_t f = 0; f < n_free; f++)
     for (size_t c = 0; c < 3; c++)

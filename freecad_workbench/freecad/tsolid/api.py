@@ -470,10 +470,10 @@ def measure_evidence(context, part, boundary, solid, measured):
     if not part.sources:
         return [], None
     rows = evidence.exactness(context, part.sources, boundary, solid)
-    return rows, _volume(context, part, boundary, measured.struct.conformity.volume)
+    return rows, _volume(context, part, boundary, measured.struct.conformity.volume, rows)
 
 
-def _volume(context, part, boundary, quadrature):
+def _volume(context, part, boundary, quadrature, rows):
     import FreeCAD
 
     corners = [FreeCAD.Vector(*p) for p in boundary.requirement["corner"]]
@@ -483,12 +483,15 @@ def _volume(context, part, boundary, quadrature):
     # a solid turned inside out is the same part
     flux = abs(evidence.volume_by_flux(part.sources, signs, centre, abs(quadrature), context))
     difference = abs(flux - quadrature) / flux if flux else 1.0
+    declared = evidence.volume_declared(part.sources, rows, centre, boundary.scale)
+    declared = declared / flux if flux else 0.0
     return {
         "quadrature": quadrature,
         "flux": flux,
         "relative_difference": difference,
-        "allowed": VOLUME_ALLOWED,
-        "satisfied": difference <= VOLUME_ALLOWED,
+        "declared": declared,
+        "allowed": VOLUME_ALLOWED + declared,
+        "satisfied": difference <= VOLUME_ALLOWED + declared,
     }
 
 

@@ -8,6 +8,8 @@ they lack, and the walls beside them are cut there. Everything else is refused w
 (Face3, Edge7, Vertex2). The steps are modules of their own: see intake_patches.py.
 """
 
+import math
+
 import Part
 
 from . import binding, intake_patches
@@ -41,7 +43,9 @@ class Source:
     patches: what it became; surface is OCC's as read, box the range of its parameters that the face
     covers, sign -1 where the face looks against the surface's normal (0: not known), kind the
     type as read, way how it was taken (rigid, planar, cap), deviation the largest distance that
-    re-writing it as B-splines caused. face: OCC's face, None where there was none.
+    re-writing it as B-splines caused. face: OCC's face, None where there was none. edge_area: of a
+    free face, how much its area may differ from what its edges' own curves enclose, because it is
+    filled between its neighbours' borders, which are that near to the edges.
     """
 
     def __init__(self, name, patches, surface, box, sign, kind, way=RIGID, face=None, **measured):
@@ -50,6 +54,7 @@ class Source:
         self.way, self.face = way, face
         self.deviation = measured.get("deviation", 0.0)
         self.snap = measured.get("snap", 0.0)
+        self.edge_area = measured.get("edge_area", 0.0)
 
     @property
     def patch(self):
@@ -77,13 +82,23 @@ def sources_of_shape(shape, tell=None, corners=(), context=None):
         patches = [p for p, owner in zip(taken.patches, taken.owners) if owner == k]
         source = Source(
             face.name, patches, face.surface, face.box, face.sign, face.type, face.kind, face.face,
-            deviation=taken.deviations[k], snap=face.snap,
+            deviation=taken.deviations[k], snap=face.snap, edge_area=_edge_area(face, taken),
         )
         sources.append(source)
     notes = [_note(s, shape) for s in sources if s.kind != "BSplineSurface" or s.way != RIGID]
     least = 1e-12 * scale_of_shape(shape)
     notes += taken.findings + [_snap_note(s) for s in sources if s.snap > least]
     return sources, notes
+
+
+def _edge_area(face, taken):
+    """Sum over a free face's edges: distance from the border that was taken for it x length."""
+    return math.fsum(
+        edge.edge.Length
+        * max((other.distance_of_edge(edge) + taken.deviations[other.number - 1]
+               for other, _ in edge.uses if other.kind == RIGID), default=0.0)
+        for edge, _ in face.loop
+    )
 
 
 _HOW = {

@@ -16,6 +16,7 @@ from .convert import CAP, N_SAMPLES, PLANAR, SEED
 from .header import Status
 
 _RELATIVE = 1e-12  # of the scale
+_ROUND_OFF = 2.0**-53
 
 
 def tell(context, fraction):
@@ -322,6 +323,28 @@ def _flux_of_spans(source, centre, size):
             else:
                 terms.append(_flux_converged(source.surface, box, centre, size, 3))
     return math.fsum(terms)
+
+
+def volume_declared(sources, rows, centre, scale):
+    """What the declared distances may change of the volume: each over its face's area; of a planar
+    face or a cap the change of its area by its borders, times its distance; and the round-off of
+    the coordinates themselves over all faces."""
+    terms = []
+    for source, row in zip(sources, rows):
+        if source.face is None:
+            continue
+        area = source.face.Area
+        terms.append(area * (row["declared"] + 2.0 * _ROUND_OFF * scale))
+        if source.edge_area > 0.0:
+            terms.append(source.edge_area * _distance_from(source, centre) / 3.0)
+    return math.fsum(terms)
+
+
+def _distance_from(source, centre):
+    if source.way == PLANAR:
+        plane = source.face.findPlane(1e-7)
+        return abs((source.face.Vertexes[0].Point - centre).dot(plane.Axis))
+    return (source.surface.Center - centre).Length + source.surface.Radius
 
 
 def volume_by_flux(sources, signs, centre, size, context=None):

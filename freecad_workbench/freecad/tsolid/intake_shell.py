@@ -132,6 +132,16 @@ class Face:
             out.append(best if far[best] < far[0.0] - 1e-6 * (high - low) else 0.0)
         return out
 
+    def distance_of_edge(self, edge, n=64):
+        """Largest distance of an edge's own curve from what this face has there."""
+        curve, first, last = self.pcurve(edge)[:3]
+        worst = 0.0
+        for i in range(n + 1):
+            p = curve.value(first + (last - first) * i / n)
+            at = edge.first + (edge.last - edge.first) * i / n
+            worst = max(worst, (self.surface.value(p.x, p.y) - edge.point(at)).Length)
+        return worst + self.snap
+
     def is_seam(self, occ):
         """Does the face use this edge twice? (Edge.isSeam is true also of half a tube's.)"""
         return sum(e.isSame(occ) for e in self.uses) > 1
