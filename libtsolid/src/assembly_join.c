@@ -39,8 +39,10 @@ typedef struct chart {
 
 /* The charts of all pieces of one side of a contact. */
 typedef struct atlas {
-  int n;
+  int n, affine; /* not affine: charts have their solid and number alone */
   chart *chart;
+  tsolid_placement *place;
+  double whole[4]; /* range of the patch */
 } atlas;
 
 static void to_side(const tsolid_placement *place, const double uv[2], double st[2]) {
@@ -88,22 +90,22 @@ static int open_chart(const tsolid_interface *view, int side, const tsolid_solid
 static int open_atlas(tsi_arena *arena, const tsolid_interface *view, int side,
                       const tsolid_solid *solid, atlas *to) {
   const tsolid_boundary *boundary = solid->space->boundary;
-  int k = view->patch[side], n = tsolid_boundary_n_placements(boundary, k), affine = 1;
-  double whole[4] = {INFINITY, -INFINITY, INFINITY, -INFINITY};
-  tsolid_placement *place = tsi_arena_new(arena, (size_t)n, sizeof *place);
-  to->n = 0;
+  int k = view->patch[side], n = tsolid_boundary_n_placements(boundary, k), known = 1;
+  *to = (atlas){.whole = {INFINITY, -INFINITY, INFINITY, -INFINITY}};
+  to->place = tsi_arena_new(arena, (size_t)n, sizeof *to->place);
   to->chart = tsi_arena_new(arena, (size_t)n, sizeof *to->chart);
-  if (!to->chart || !place)
+  if (!to->chart || !to->place)
     return 0;
-  for (int i = 0; i < n && affine; i++) {
-    affine = tsolid_boundary_placement(boundary, k, i, &place[i]) == TSOLID_OK;
+  for (int i = 0; i < n && known; i++) {
+    known = tsolid_boundary_placement(boundary, k, i, &to->place[i]) == TSOLID_OK;
     for (int d = 0; d < 4; d++)
-      whole[d] = d & 1 ? fmax(whole[d], place[i].domain[d]) : fmin(whole[d], place[i].domain[d]);
+      to->whole[d] = d & 1 ? fmax(to->whole[d], to->place[i].domain[d])
+                           : fmin(to->whole[d], to->place[i].domain[d]);
   }
-  for (int i = 0; i < n && affine; i++)
-    affine = open_chart(view, side, solid, &place[i], whole, &to->chart[i]);
-  if (affine && view->moebius[0] == 1.0 && view->moebius[1] == 1.0)
-    to->n = n;
+  to->n = known ? n : 0;
+  to->affine = view->moebius[0] == 1.0 && view->moebius[1] == 1.0;
+  for (int i = 0; i < to->n; i++)
+    to->affine &= open_chart(view, side, solid, &to->place[i], to->whole, &to->chart[i]);
   return 1;
 }
 
@@ -345,12 +347,39 @@ static void evaluate_record(const tsolid_assembly *assembly, int k, int side, do
   place_point(&assembly->part[assembly->contact[k].view.part[side]], x);
 }
 
+/* The piece at (s,t), whatever its parameters are, and (S,T) on its side. */
+static int find_place(const atlas *pieces, const tsolid_interface *view, int side, double s,
+                      double t, double at[2]) {
+  double uv[2], piece[2], best = INFINITY;
+  int found = 0;
+  tsi_contact_map(view, side, s, t, uv);
+  for (int i = 0; i < pieces->n; i++) {
+    const tsolid_placement *place = &pieces->place[i];
+    const double *domain = place->domain, *whole = pieces->whole;
+    double outside = 0.0;
+    for (int d = 0; d < 2; d++) {
+      double x = whole[2 * d] + uv[d] * (whole[2 * d + 1] - whole[2 * d]);
+      x = (x - domain[2 * d]) / (domain[2 * d + 1] - domain[2 * d]);
+      piece[d] = fmin(fmax(x, 0.0), 1.0);
+      outside = fmax(outside, fabs(x - piece[d]));
+    }
+    if (outside >= best)
+      continue;
+    best = outside;
+    found = i;
+    to_side(place, piece, at);
+  }
+  return found;
+}
+
 static tsolid_status evaluate_solid(tsolid_context *context, const tsolid_assembly *assembly, int k,
                                     int side, const atlas *pieces, double s, double t,
                                     double x[3]) {
   double u[3], at[2] = {0.0, 0.0};
   const chart *c = pieces->chart;
-  for (int i = 0; i < pieces->n; i++) {
+  if (!pieces->affine)
+    c = &pieces->chart[find_place(pieces, &assembly->contact[k].view, side, s, t, at)];
+  for (int i = 0; i < pieces->n && pieces->affine; i++) {
     c = &pieces->chart[i];
     at[0] = c->origin[0] + c->ds[0] * s + c->dt[0] * t;
     at[1] = c->origin[1] + c->ds[1] * s + c->dt[1] * t;
@@ -425,19 +454,30 @@ static tsolid_status compare_contact(tsolid_context *context, const tsolid_assem
   return measure_gap(context, to, k, pieces, view);
 }
 
+static tsolid_status measure_other(tsolid_context *context, tsolid_assembly *to, int k,
+                                   const atlas pieces[2]) {
+  tsolid_interface *view = &to->contact[k].view;
+  view->same_functions = view->same_bits = 0;
+  return measure_gap(context, to, k, pieces, view);
+}
+
 static tsolid_status join_contact(tsolid_context *context, const tsolid_assembly *from,
                                   tsolid_assembly *to, int k, const tsolid_solid *const *solid) {
   const tsolid_interface *view = &to->contact[k].view;
   tsi_arena work = tsi_arena_create(context);
-  atlas pieces[2] = {{0, NULL}, {0, NULL}};
+  atlas pieces[2] = {{.n = 0}, {.n = 0}};
   tsolid_status status = TSOLID_OK;
   int common = view->kind <= TSOLID_CONTACT_PARTIAL && !view->same_side;
   for (int side = 0; side < 2 && common && !status; side++)
     if (solid[view->part[side]] &&
         !open_atlas(&work, view, side, solid[view->part[side]], &pieces[side]))
       status = tsi_no_memory(context, stage);
-  if (!status && pieces[0].n && pieces[1].n)
-    status = compare_contact(context, from, to, k, pieces, &work);
+  if (!status && pieces[0].n && pieces[1].n) {
+    if (pieces[0].affine && pieces[1].affine)
+      status = compare_contact(context, from, to, k, pieces, &work);
+    else /* other parameters: other functions, and what counts is how far the values are apart */
+      status = measure_other(context, to, k, pieces);
+  }
   tsi_arena_free(&work);
   return status;
 }

@@ -21,7 +21,8 @@
  * does not depend on the order of parts; none moves by more than the tolerance, else the contact is
  * not made common. Patches with contacts are marked as fixed: others are snapped to them.
  * Copies are refined through their prototype; contacts between different places share functions,
- * not bits. Contacts with Moebius changes stay as they are. */
+ * not bits. Contacts with Moebius changes stay as they are: the other parameters would have to
+ * go on along the whole belt of one part, and against its other contacts. */
 #include <stdlib.h>
 
 #include "assembly.h"
