@@ -56,6 +56,37 @@ class HexBlocks(unittest.TestCase):
         names = {row["face"] for row in result.report["exactness"]}
         self.assertEqual(set(mesh.regions), names)
 
+    def test_assembly_shares_nodes(self):
+        """Two boxes on a wider one, one of them a placed copy: one mesh, a group per part."""
+        doc = FreeCAD.newDocument()
+        base = doc.addObject("Part::Feature", "Base")
+        base.Shape = Part.makeBox(20, 10, 5)
+        first = doc.addObject("Part::Feature", "First")
+        first.Shape = Part.makeBox(5, 10, 8, Vector(0, 0, 5))
+        copy = doc.addObject("App::Link", "Copy")
+        copy.LinkedObject = first
+        copy.Placement = FreeCAD.Placement(Vector(15, 0, 0), FreeCAD.Rotation())
+        doc.recompute()
+        result = actions.build_assembly(doc, effort="none")
+        self.assertTrue(result.watertight, result.text())
+        box = FreeCAD.newDocument().addObject("Fem::FemAnalysis", "Analysis")
+        out = fem.mesh_of_assembly(result, size=2.5, order=2, container=box)
+        self.assertIn(out, box.Group)
+        mesh = out.FemMesh
+        names = [mesh.getGroupName(g) for g in mesh.Groups]
+        volumes = [g for g in mesh.Groups if mesh.getGroupElementType(g) == "Volume"]
+        self.assertEqual(len(volumes), 3, names)
+        self.assertEqual(sum(len(mesh.getGroupElements(g)) for g in volumes), mesh.HexaCount)
+        points = [tuple(round(x, 6) for x in p) for p in mesh.Nodes.values()]
+        self.assertEqual(len(set(points)), len(points))
+        box = FreeCAD.BoundBox(*[f(p[k] for p in points) for f in (min, max) for k in range(3)])
+        self.assertLess(max(abs(a - b) for a, b in zip(
+            (box.XMin, box.YMin, box.ZMin, box.XMax, box.YMax, box.ZMax),
+            (0, 0, 0, 20, 10, 13))), 1e-9)
+        result = actions.check_assembly(doc)
+        with self.assertRaises(ValueError):
+            fem.mesh_of_assembly(result)
+
     def test_out_of_date_and_meshed_anew(self):
         doc, source, solid, result = solid_in_document(Part.makeBox(3, 4, 5), effort="none")
         mesh = fem.mesh_with_hex_blocks(solid, size=1.0)

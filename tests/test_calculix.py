@@ -18,7 +18,11 @@ import numpy
 import binding_parts
 from binding_parts import binding
 
+sys.path.insert(0, os.path.join(binding_parts.ROOT, "resources"))
+from examples.assemblies import ASSEMBLIES  # noqa: E402
+from examples.splines import write_tsb  # noqa: E402
 from freecad.tsolid import analysis  # noqa: E402
+from freecad.tsolid.assembly import Assembly  # noqa: E402
 
 E, NU, DENSITY = 210e3, 0.3, 7.85e-9  # steel in N, mm, tonnes
 
@@ -109,6 +113,27 @@ class CalculixTest(unittest.TestCase):
         self.assertGreater(self.mesh.worst, 0)
         return Deck(self.folder, self.mesh, self.mesh.regions, self.context)
 
+    def assembly_deck(self, parts, **options):
+        """Of parts by their names, bonded where they touch."""
+        self.context = binding.Context()
+        paths = [os.path.join(self.folder, name + ".tsb") for name in parts]
+        for path, patches in zip(paths, parts.values()):
+            write_tsb(patches, path)
+        assembly = Assembly.create(self.context, list(zip(parts, paths)))
+        solids = []
+        for k in range(len(parts)):
+            boundary = assembly.boundary(self.context, k)
+            tmesh = binding.TMesh.create(self.context, boundary)
+            space = binding.Space.create(self.context, boundary, tmesh)
+            solids.append(binding.Solid.create(self.context, space).optimised(self.context))
+        joined = assembly.joined(self.context, solids)
+        self.mesh = analysis.HexMesh.of_assembly(self.context, joined, solids, **options)
+        self.assertTrue(self.mesh.proved)
+        self.assertGreater(self.mesh.worst, 0)
+        self.assertGreater(self.mesh.n_shared, 0)
+        self.assertEqual(list(self.mesh.parts), list(parts))
+        return Deck(self.folder, self.mesh, self.mesh.regions, self.context)
+
     def face_nodes(self, name):
         """Nodes (from 1) of a set as the deck has it."""
         with open(os.path.join(self.folder, "mesh.inp")) as stream:
@@ -123,24 +148,39 @@ class CalculixTest(unittest.TestCase):
         for name, order in (("wavy_cube", 1), ("elbow", 2), ("sphere", 2), ("wedge", 1)):
             with self.subTest(name=name, order=order):
                 deck = self.deck(example(name), order=order, divisions=(3, 3, 4, 2))
-                outer = sorted({n for side in self.mesh.regions for n in self.face_nodes(side)})
-                inner = len(deck.nodes) - len(outer)
-                self.assertGreater(inner, 50)
-                lines = ["*STEP", "*STATIC", "*BOUNDARY"]
-                for node in outer:
-                    u = gradient @ deck.nodes[node - 1]
-                    lines += ["%d, %d, %d, %.12e" % (node, d + 1, d + 1, u[d]) for d in range(3)]
-                lines += ["*NODE PRINT, NSET=Nall", "U", "*EL PRINT, ELSET=Eall", "S", "*END STEP"]
-                data = deck.run(*lines)
-                moved = table(data, "displacements")
-                self.assertEqual(len(moved), len(deck.nodes))
-                exact = deck.nodes @ gradient.T
-                error = abs(moved[:, 1:] - exact).max() / abs(exact).max()
-                found = table(data, "stresses")[:, 2:8]
-                error_s = abs(found - wanted).max() / abs(stress).max()
-                print("%s: displacement %.2g, stress %.2g" % (name, error, error_s))
-                self.assertLess(error, 1e-6)
-                self.assertLess(error_s, 1e-6)
+                self.check_patch_test(name, deck, gradient, stress, wanted)
+
+    def test_constant_stress_across_contacts(self):
+        """Only the free surface is held: inside, the parts hold each other by common nodes."""
+        gradient = 1e-3 * numpy.array([[1.0, 0.4, -0.2], [0.1, -0.7, 0.3], [0.5, 0.2, 0.6]])
+        stress = stress_of_strain(0.5 * (gradient + gradient.T))
+        wanted = [stress[i, i] for i in range(3)] + [stress[0, 1], stress[0, 2], stress[1, 2]]
+        for name, order in (("pair", 1), ("pair", 2), ("pair_refined", 2)):
+            with self.subTest(name=name, order=order):
+                deck = self.assembly_deck(ASSEMBLIES[name](), order=order, size=7.0)
+                self.assertTrue(any(r.startswith("contact_") for r in self.mesh.regions))
+                self.check_patch_test(name, deck, gradient, stress, wanted)
+
+    def check_patch_test(self, name, deck, gradient, stress, wanted):
+        free = [r for r in self.mesh.regions if not r.startswith("contact_")]
+        outer = sorted({n for side in free for n in self.face_nodes(side)})
+        inner = len(deck.nodes) - len(outer)
+        self.assertGreater(inner, 50)
+        lines = ["*STEP", "*STATIC", "*BOUNDARY"]
+        for node in outer:
+            u = gradient @ deck.nodes[node - 1]
+            lines += ["%d, %d, %d, %.12e" % (node, d + 1, d + 1, u[d]) for d in range(3)]
+        lines += ["*NODE PRINT, NSET=Nall", "U", "*EL PRINT, ELSET=Eall", "S", "*END STEP"]
+        data = deck.run(*lines)
+        moved = table(data, "displacements")
+        self.assertEqual(len(moved), len(deck.nodes))
+        exact = deck.nodes @ gradient.T
+        error = abs(moved[:, 1:] - exact).max() / abs(exact).max()
+        found = table(data, "stresses")[:, 2:8]
+        error_s = abs(found - wanted).max() / abs(stress).max()
+        print("%s: displacement %.2g, stress %.2g" % (name, error, error_s))
+        self.assertLess(error, 1e-6)
+        self.assertLess(error_s, 1e-6)
 
     def test_cantilever(self):
         length, height, width, force = 100.0, 10.0, 8.0, 500.0
@@ -219,6 +259,28 @@ class CalculixTest(unittest.TestCase):
         moved = table(deck.run(*lines), "displacements")
         self.assertEqual(len(moved), len(deck.nodes))
         self.assertTrue(0 < abs(moved[:, 1:]).max() < 1e6)
+
+    def test_the_propeller_runs_to_the_end(self):
+        """Shaft held at both ends, pressure on one blade; no tie constraint in the deck."""
+        deck = self.assembly_deck(ASSEMBLIES["propeller"](), order=2, size=12.0)
+        moved_at = {}
+        free = [r for r in self.mesh.regions if r.startswith("shaft_")]
+        by_x = sorted(free, key=lambda r: deck.nodes[[n - 1 for n in self.face_nodes(r)], 0].mean())
+        fixed = self.face_nodes(by_x[0])
+        lines = ["*BOUNDARY"] + ["%d, 1, 3" % n for n in fixed]
+        loaded = [r for r in self.mesh.regions if r.startswith("blade1_")]
+        lines += ["*STEP", "*STATIC", "*DSLOAD", "%s, P, 0.1" % loaded[0]]
+        lines += ["*NODE PRINT, NSET=Nall", "U", "*END STEP"]
+        with open(os.path.join(self.folder, "mesh.inp")) as stream:
+            text = stream.read()
+        self.assertNotIn("*TIE", text.upper() + "\n".join(lines).upper())
+        moved = table(deck.run(*lines), "displacements")
+        self.assertEqual(len(moved), len(deck.nodes))
+        for name, part in self.mesh.parts.items():
+            nodes = numpy.unique(numpy.array(self.mesh.elements)[part.start : part.stop])
+            moved_at[name] = abs(moved[nodes, 1:]).max()
+        print("propeller: largest displacements %s" % moved_at)
+        self.assertTrue(all(0 < d < 1e6 for d in moved_at.values()))
 
 
 def quadratic_shape(s, t):

@@ -55,9 +55,9 @@ static void put_elements(tsi_output *out, const tsolid_hex *hex) {
 /* Elements of a part follow each other. */
 static void put_parts(tsi_output *out, const tsolid_hex *hex) {
   for (int k = 0; k < hex->n_parts; k++) {
-    tsi_output_text(out, "*ELSET, GENERATE, ELSET=");
+    tsi_output_text(out, "*ELSET, ELSET=");
     put_name(out, hex->part_name[k]);
-    tsi_output_text(out, "\n");
+    tsi_output_text(out, ", GENERATE\n");
     tsi_output_integer(out, hex->part_start[k] + 1);
     tsi_output_text(out, ", ");
     tsi_output_integer(out, hex->part_start[k + 1]);

@@ -26,6 +26,8 @@ _API = {
     "create": "document",
     "hex_mesh": "fem",
     "mesh_with_hex_blocks": "fem",
+    "hex_mesh_of_assembly": "fem",
+    "mesh_of_assembly": "fem",
     "mesh_anew": "fem",
 }
 

@@ -57,6 +57,63 @@ class HexMesh(_Handle):
         context.call("tsolid_hex_create", solid.handle, byref(options), byref(handle))
         return cls(context, handle)
 
+    @classmethod
+    def of_assembly(
+        cls,
+        context,
+        joined,
+        solids,
+        order=1,
+        size=0.0,
+        grading=0.0,
+        max_elements=0,
+        allow_unproved=False,
+        divisions=(),
+        regions=(),
+    ):
+        """One mesh of an Assembly as `joined` with a Solid per part gave it: parts share their
+        nodes where they touch. divisions, regions: () or a sequence of them per part, as in create.
+        """
+        if len(divisions) not in (0, len(solids)) or len(regions) not in (0, len(solids)):
+            raise ValueError("divisions and regions are one per part: %d" % len(solids))
+        structs = (header.HexPart * max(1, len(solids)))()
+        for struct, own in zip(structs, divisions):
+            struct.divisions[:] = own
+        for struct, own in zip(structs, regions):
+            struct.n_regions, struct.regions = len(own), _region_structs(own)
+        options = header.HexOptions(
+            order=order,
+            size=size,
+            grading=grading,
+            max_elements=max_elements,
+            allow_unproved=bool(allow_unproved),
+        )
+        handles = (c_void_p * max(1, len(solids)))(*[s.handle if s else None for s in solids])
+        handle = c_void_p()
+        context.call(
+            "tsolid_hex_assembly_create",
+            joined.handle,
+            len(solids),
+            handles,
+            structs,
+            byref(options),
+            byref(handle),
+        )
+        return cls(context, handle)
+
+    @property
+    def parts(self):
+        """name: range of elements, of an assembly; {} of one solid."""
+        view = self._get()
+        start = view.part_start[: view.n_parts + 1] if view.n_parts else []
+        names = [name.decode("utf-8", "replace") for name in view.part_name[: view.n_parts]]
+        return {name: range(start[k], start[k + 1]) for k, name in enumerate(names)}
+
+    @property
+    def n_shared(self):
+        """Nodes that the parts' own meshes have more."""
+        return self._get().n_shared
+
     def _get(self):
         view = header.HexView()
         self.library.tsolid_hex_get(self.handle, byref(view))

@@ -69,6 +69,7 @@ class AssemblyResult:
         self.findings = []
         self.report = {}
         self.built = {}
+        self.joined, self.made = None, []  # after a build: Assembly, and a Solid or None per part
 
     @property
     def verdict(self):
@@ -295,6 +296,7 @@ def build_parts(parts, options, gap=None, progress=None, name="Assembly"):
         result.built[k] = api.BuildResult(parts[k].name, result.refused.get(k, []), {})
     made = [getattr(result.built[p.first], "made", None) for p in parts]
     joined = found.joined(context, made)
+    result.joined, result.made = joined, made
     _after_build(result, joined, taken)
     kernel = result.report["kernel"]
     result.report = json.loads(joined.json(context))

@@ -12,6 +12,8 @@ Groups of the mesh are called as the part's faces are: Face1, Face2, ...
 
 import hashlib
 
+import FreeCAD
+
 from . import actions, analysis, api, binding, document
 
 # FreeCAD's order of the nodes of a hexahedron, from that of Abaqus; see feminout/importInpMesh.
@@ -70,8 +72,35 @@ def hex_mesh(given, progress=None, **options):
     return analysis.HexMesh.create(context, solid, regions=regions_of(report), **options)
 
 
+def hex_mesh_of_assembly(result, progress=None, **options):
+    """One analysis.HexMesh of all parts of a built assemblies.AssemblyResult, in their places;
+    parts share their nodes where they touch. options: see HexMesh.of_assembly."""
+    if result.joined is None:
+        raise ValueError("there are no solids to mesh: build the assembly first")
+    regions = [regions_of(result.built[part.first].report) for part in result.parts]
+    return analysis.HexMesh.of_assembly(
+        binding.Context(progress), result.joined, result.made, regions=regions, **options)
+
+
+def mesh_of_assembly(result, size=0.0, order=1, container=None, progress=None, **options):
+    """A FemMeshObject of all parts of a built assembly, in an analysis or the active document:
+    a group of volumes per part, groups of faces and nodes called PART_FACE. No tie is needed."""
+    mesh = hex_mesh_of_assembly(result, progress, size=float(size), order=order, **options)
+    doc = container.Document if container is not None else FreeCAD.ActiveDocument
+    if doc is None:
+        raise ValueError("there is no document to put the mesh into")
+    with actions.transaction(doc, "Mesh an assembly with hex blocks"):
+        fem = doc.addObject("Fem::FemMeshObject", "Assembly_HexBlocks")
+        fem.Label = result.name + " hex blocks"
+        fem.FemMesh = fem_mesh(mesh)
+        if container is not None:
+            container.addObject(fem)
+    return fem
+
+
 def fem_mesh(mesh):
-    """The hexahedra as Fem.FemMesh, with a group of faces and one of nodes per region."""
+    """The hexahedra as Fem.FemMesh, with a group of faces and one of nodes per region, and one of
+    volumes per part of an assembly."""
     import Fem
 
     out = Fem.FemMesh()
@@ -82,6 +111,8 @@ def fem_mesh(mesh):
     order = _FREECAD_ORDER[:width]
     for k, nodes in enumerate(elements):
         out.addVolume([nodes[m] + 1 for m in order], k + 1)
+    for name, part in mesh.parts.items():
+        out.addGroupElements(out.addGroup(name, "Volume"), [k + 1 for k in part])
     n_corners = 8 if width == 20 else 4
     number = len(elements)
     for name, faces in mesh.regions.items():
