@@ -593,7 +593,7 @@ tsolid_status tsi_contact_bonds(tsolid_context *context, tsi_arena *arena,
   *bond = tsi_arena_new(arena, (size_t)pieces[0].n * (size_t)pieces[1].n, sizeof **bond);
   if (!*bond)
     return tsi_no_memory(context, stage);
-  for (int i = 0; i < pieces[0].n; i++)
+  for (int i = 0; i < pieces[0].n && pieces[0].affine && pieces[1].affine; i++)
     for (int j = 0; j < pieces[1].n; j++) {
       const chart *c[2] = {&pieces[0].chart[i], &pieces[1].chart[j]};
       double box[4] = {0.0, 1.0, 0.0, 1.0}, own[4];
