@@ -19,11 +19,11 @@ from freecad.tsolid import analysis
 SIDES = range(6)
 
 
-def build(name, refine=0, effort=0, min_cells=0):
+def build(name, refine=0, effort=0, min_cells=0, sharp_core=False):
     context = binding.Context()
     patches = binding_parts.read_example(name)
     boundary = binding.Boundary.create(context, patches, refine_knots=refine)
-    tmesh = binding.TMesh.create(context, boundary, min_cells=min_cells)
+    tmesh = binding.TMesh.create(context, boundary, min_cells, sharp_core=sharp_core)
     space = binding.Space.create(context, boundary, tmesh)
     return binding.Solid.create(context, space).optimised(context, effort)
 

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Linear elasticity with a smooth solution on the wavy cube: orders as in test_convergence.py."""
+"""Orders as in test_convergence.py, of linear elasticity, and of Poisson's equation over three
+levels of the sphere (15,000 functions)."""
 
 import sys
 
@@ -11,6 +12,13 @@ import test_convergence
 
 class Elasticity(test_convergence.Convergence):
     problem = galerkin_parts.Elasticity
+
+
+class ThreeLevels(test_convergence.Convergence):
+    test_wavy_cube = None
+
+    def test_sphere(self):
+        self.check("sphere", (0, 1, 2))
 
 
 if __name__ == "__main__":

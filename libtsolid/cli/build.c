@@ -24,6 +24,9 @@ static const char help[] =
     "  --analysis-suitable A  on (default): the T-mesh is closed, so that the functions sum to 1;\n"
     "                      off: the paper's rational T-spline, fewer functions; the report has\n"
     "                      the defect of the sum before normalisation\n"
+    "  --core-surface S    smooth (default): functions C^2 across it, away from the core's edges;\n"
+    "                      sharp: C^0 on all of it, for full order of convergence with --effort "
+    "none\n"
     "  --tolerance T       tolerance of borders for which the file names none (default 1e-7)\n";
 
 enum { TARGET_VTU, TARGET_REPORT, TARGET_SOLID, N_TARGETS };
@@ -46,6 +49,7 @@ typedef struct job {
 
 static const char *const effort_names[] = {"default", "none", "quick", "thorough", NULL};
 static const char *const octree_names[] = {"anisotropic", "isotropic", NULL};
+static const char *const core_surface_names[] = {"smooth", "sharp", NULL};
 static const char *const on_off_names[] = {"on", "off", NULL};
 
 static int parse(job *j, int argc, char **argv) {
@@ -62,6 +66,7 @@ static int parse(job *j, int argc, char **argv) {
       {"--octree", CLI_CHOICE, &j->tmesh_options.isotropic, 0, 0, octree_names},
       {"--analysis-suitable", CLI_CHOICE, &j->tmesh_options.analysis_suitable_off, 0, 0,
        on_off_names},
+      {"--core-surface", CLI_CHOICE, &j->tmesh_options.sharp_core, 0, 0, core_surface_names},
       {"--tolerance", CLI_NUMBER, &j->boundary_options.tolerance, 0, 0, NULL},
       {NULL, CLI_TEXT, NULL, 0, 0, NULL}};
   int code = cli_parse(argc, argv, help, table, &j->input);

@@ -447,6 +447,8 @@ typedef struct tsolid_tmesh_options { /* all zero = default */
   int analysis_suitable_off; /* 1: no closure. The functions then need not sum to one: the solid is
                                 their rational combination, which normalises them; the defect before
                                 that is in the report */
+  int sharp_core; /* 1: the functions are C^0 across all of the core surface, so that they can
+                     follow a map with a crease there; 0: C^2 away from the core's edges */
 } tsolid_tmesh_options;
 
 typedef struct tsolid_tmesh_view {

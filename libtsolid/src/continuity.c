@@ -325,6 +325,8 @@ static int expected_order(const measurement *m, const tsi_face *face) {
   const tsi_element *high = &m->solid->space->element[face->element[1]];
   if (face->kind == TSI_FACE_DIAGONAL)
     return 0;
+  if (face->kind == TSI_FACE_CORE && m->solid->space->tmesh->flags & TSI_TMESH_SHARP_CORE)
+    return 0;
   if (face->kind == TSI_FACE_CORE)
     return beyond_bands(m, face, (low->block > 0 ? low->block : high->block) - 1) ? 2 : 0;
   int side = low->block - 1, axis = face->axis[0];

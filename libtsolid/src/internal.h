@@ -134,6 +134,10 @@ static inline int tsi_side_t(int side) {
  * 5 + m inside, n-5 for the last. */
 enum { TSI_LOW_PLANE = 4, TSI_EXTRA_PLANES = 10 };
 
+/* No closure: the functions need not sum to one. Zero-interval planes along all of the core
+ * surface: the functions are C^0 across it. */
+enum { TSI_TMESH_CLOSURE_OFF = 1, TSI_TMESH_SHARP_CORE = 2, TSI_TMESH_ALL_FLAGS = 3 };
+
 struct tsolid_tmesh {
   tsi_allocator allocator;
   int references;
@@ -150,17 +154,16 @@ struct tsolid_tmesh {
   int *cell_block;
   int n_nodes, n_partial_extraordinary, n_extraordinary;
   int n_closure_rounds, n_cells_before_closure;
-  int analysis_suitable_off; /* no closure: the functions need not sum to one */
+  int flags; /* TSI_TMESH_... */
 };
 
 void tsi_tmesh_retain(const tsolid_tmesh *tmesh);
-/* From lines and boxes (in core lines) and arm heights: bands, arms, cells, and the closure unless
- * it is off. Used by the octree, by callers' own boxes and by the reader. Checks that the boxes
- * tile the core. */
+/* From lines and boxes (in core lines) and arm heights: bands, arms, cells, and the closure
+ * unless a flag says no. Used by the octree, by callers' own boxes and by the reader. Checks that
+ * the boxes tile the core. */
 tsolid_status tsi_tmesh_from_boxes(tsolid_context *context, const int n_lines[3],
                                    const double *const line[3], int n_boxes, const int *box,
-                                   const double arm_height[6], int analysis_suitable_off,
-                                   tsolid_tmesh **tmesh);
+                                   const double arm_height[6], int flags, tsolid_tmesh **tmesh);
 
 static inline int tsi_high_plane(const tsolid_tmesh *tmesh, int axis) {
   return tmesh->n_planes[axis] - 5;

@@ -13,6 +13,9 @@
  *   1''+-----------+--+                      |           |  |
  *  high+-----------+--+                      |           |  |
  *      lo         1' high                    +-----------+--+
+ *
+ * With a sharp core surface all cells at it get them, so that the functions are C^0 across it and
+ * can follow a map that is smooth block by block.
  */
 #include "closure.h"
 #include "internal.h"
@@ -150,13 +153,14 @@ static int touches_side(const tsolid_tmesh *tmesh, const int *box, int side) {
 /* The core box itself (block 0) or its extrusion through an arm (block 1 + side). */
 static void emit_box(tsolid_tmesh *tmesh, const int *box, int block) {
   cuts c[3];
+  int everywhere = tmesh->flags & TSI_TMESH_SHARP_CORE;
   for (int a = 0; a < 3; a++) {
     int b = (a + 1) % 3, d = (a + 2) % 3;
+    int banded = everywhere || touches(tmesh, box, b) || touches(tmesh, box, d);
     if (block > 0 && tsi_side_axis(block - 1) == a)
-      c[a] = layer_cuts(tmesh, block - 1, touches(tmesh, box, b) || touches(tmesh, box, d));
+      c[a] = layer_cuts(tmesh, block - 1, banded);
     else /* in an arm, a lateral border is on a diagonal: always banded */
-      c[a] =
-          core_cuts(tmesh, box, a, block > 0 || touches(tmesh, box, b) || touches(tmesh, box, d));
+      c[a] = core_cuts(tmesh, box, a, block > 0 || banded);
   }
   emit_cells(tmesh, c, block);
 }
@@ -238,8 +242,7 @@ static int fill_tmesh(tsolid_tmesh *t, const int n_lines[3], const double *const
 
 tsolid_status tsi_tmesh_from_boxes(tsolid_context *context, const int n_lines[3],
                                    const double *const line[3], int n_boxes, const int *box,
-                                   const double arm_height[6], int analysis_suitable_off,
-                                   tsolid_tmesh **tmesh) {
+                                   const double arm_height[6], int flags, tsolid_tmesh **tmesh) {
   *tmesh = NULL;
   tsolid_status status = check_lines(context, n_lines, line, arm_height);
   if (status == TSOLID_OK)
@@ -251,10 +254,10 @@ tsolid_status tsi_tmesh_from_boxes(tsolid_context *context, const int n_lines[3]
     return tsi_no_memory(context, STAGE);
   t->allocator = context->allocator;
   t->references = 1;
-  t->analysis_suitable_off = analysis_suitable_off;
+  t->flags = flags;
   if (!fill_tmesh(t, n_lines, line, n_boxes, box, arm_height))
     status = tsi_no_memory(context, STAGE);
-  if (status == TSOLID_OK && !analysis_suitable_off)
+  if (status == TSOLID_OK && !(flags & TSI_TMESH_CLOSURE_OFF))
     status = tsi_closure(context, t, &t->n_closure_rounds);
   if (status == TSOLID_OK)
     status = tsi_tmesh_count_nodes(context, t);

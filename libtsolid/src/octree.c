@@ -410,6 +410,8 @@ static tsolid_status build(tsolid_context *context, const tsolid_boundary *bound
   tsi_octree_input input = {.min_cells =
                                 options->min_cells ? options->min_cells : DEFAULT_MIN_CELLS,
                             .together = options->isotropic ? 7 : 0};
+  int flags = (options->analysis_suitable_off ? TSI_TMESH_CLOSURE_OFF : 0) |
+              (options->sharp_core ? TSI_TMESH_SHARP_CORE : 0);
   tsi_octree tree;
   tsolid_status status = TSOLID_OK;
   for (int side = 0; side < 6 && status == TSOLID_OK; side++)
@@ -418,9 +420,8 @@ static tsolid_status build(tsolid_context *context, const tsolid_boundary *bound
   if (status == TSOLID_OK)
     status = tsi_octree_create(context, &input, &arena, &tree);
   if (status == TSOLID_OK)
-    status =
-        tsi_tmesh_from_boxes(context, tree.n_lines, (const double *const *)tree.line, tree.n_boxes,
-                             tree.box, tree.arm_height, options->analysis_suitable_off, tmesh);
+    status = tsi_tmesh_from_boxes(context, tree.n_lines, (const double *const *)tree.line,
+                                  tree.n_boxes, tree.box, tree.arm_height, flags, tmesh);
   if (status == TSOLID_OK)
     status = tsi_tmesh_set_levels(context, *tmesh, tree.level);
   if (status != TSOLID_OK) {

@@ -240,7 +240,7 @@ static int read_facts(reader *r, tsolid_requirement *q, tsolid_preparation *p) {
 }
 
 static tsolid_tmesh *read_mesh(reader *r) {
-  int n_lines[3], n_boxes, *box = NULL, *level = NULL, closure_off = 0;
+  int n_lines[3], n_boxes, *box = NULL, *level = NULL, flags = 0;
   double *line[3] = {NULL, NULL, NULL}, arm_height[6];
   tsolid_tmesh *tmesh = NULL;
   int read = begin_section(r, "MESH") && get_ints(r, 3, 2, TSI_MAX_COUNT, n_lines);
@@ -249,12 +249,12 @@ static tsolid_tmesh *read_mesh(reader *r) {
   read = read && get_ints(r, 1, 1, TSI_MAX_COUNT, &n_boxes) &&
          make_ints(r, 6 * (size_t)n_boxes, 0, TSI_MAX_COUNT, &box) &&
          get_doubles(r, 6, arm_height) &&
-         (r->version < 3 || (get_ints(r, 1, 0, 1, &closure_off) &&
+         (r->version < 3 || (get_ints(r, 1, 0, r->version < 4 ? 1 : TSI_TMESH_ALL_FLAGS, &flags) &&
                              make_ints(r, (size_t)n_boxes, 0, TSI_MAX_LEVELS - 1, &level))) &&
          end_section(r);
   if (read)
     r->status = tsi_tmesh_from_boxes(r->context, n_lines, (const double *const *)line, n_boxes, box,
-                                     arm_height, closure_off, &tmesh);
+                                     arm_height, flags, &tmesh);
   if (tmesh && level)
     r->status = tsi_tmesh_set_levels(r->context, tmesh, level);
   for (int a = 0; a < 3; a++)

@@ -31,7 +31,7 @@ static tsolid_statistics count_statistics(const tsolid_space *space) {
                              .n_inner = space->n_inner,
                              .bezier_elements = space->n_elements};
   tsi_box_levels(tmesh, count.core_cells_of_level);
-  count.analysis_suitable = !tmesh->analysis_suitable_off;
+  count.analysis_suitable = !(tmesh->flags & TSI_TMESH_CLOSURE_OFF);
   count.tmesh_cells = tmesh->n_cells;
   count.tmesh_cells_before_closure = tmesh->n_cells_before_closure;
   for (int side = 0; side < 6; side++)

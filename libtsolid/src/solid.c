@@ -71,8 +71,11 @@ tsolid_status tsolid_solid_create(tsolid_context *context, const tsolid_space *s
       for (size_t c = 0; c < 3; c++)
         control[4 * f + c] = control[4 * f + 3] * (position[3 * f + c] + centre[c]);
     memcpy(control + 4 * n_free, space->boundary->points, 4 * m * sizeof *control);
-    status = tsi_solid_new(context, space, control, (double)NAN, solid);
+    if (space->tmesh->flags & TSI_TMESH_SHARP_CORE)
+      status = tsi_transfinite_follow(context, space, control);
   }
+  if (status == TSOLID_OK)
+    status = tsi_solid_new(context, space, control, (double)NAN, solid);
   tsi_delete(&context->allocator, control);
   tsi_delete(&context->allocator, position);
   return status;

@@ -5,7 +5,14 @@
  * around it, as thick as `share` says per axis. The second is the transfinite (Coons) map of the
  * six sides S:
  *   x = U + V + W - UV - VW - UW + UVW,   U = (1-a) S_low(b,c) + a S_high(b,c), ...
- * Control points are values at Greville points: the spline then follows the map without wiggles.
+ * Control points are values at Greville points: the spline then follows the map without wiggles,
+ * with an error of second order.
+ *
+ * Where the T-mesh lets the functions crease on all of the core surface, they can do better: the
+ * map is smooth block by block. Then weights are blended like positions, and the homogeneous
+ * control points c are led on to the values h of the map at the same points u, c_f <- c_f + h(u_f)
+ * - sum_g c_g N_g(u_f), whose matrix has, on a tensor mesh, eigenvalues in (0, 1] only: the solid
+ * then differs from the map by fourth order.
  *
  * Layers as thick as their share of every axis would meet at slivers along the edges of a plate. So
  * the thickness is the same in space along all three axes: the smallest one allows.
@@ -17,10 +24,13 @@
 #include "transfinite.h"
 #include "bernstein.h"
 #include "bvh.h"
+#include "evaluate.h"
 
 static const char *const STAGE = "solid";
 
 enum { TABLE = 5, PATH = 8 }; /* places per direction and segments of the length table */
+enum { MAX_SWEEPS = 120 };
+static const double FOLLOWED = 1e-13; /* of the part's size: what is left to gain */
 
 typedef struct starter {
   const tsolid_space *space;
@@ -56,8 +66,9 @@ static int evaluate_side_element(void *data, int element) {
   return 1;
 }
 
-/* A side's Euclidean point; cube holds the two lateral coordinates, up to round-off in [0,1]. */
-static void side_value(const starter *st, int side, const double cube[3], double x[3]) {
+/* A side's Euclidean point and its weight; cube holds the two lateral coordinates, up to round-off
+ * in [0,1]. */
+static void side_value(const starter *st, int side, const double cube[3], double x[4]) {
   side_point p = {.side = &st->space->boundary->side[side],
                   .net = st->net[side],
                   .s = fmin(fmax(cube[tsi_side_s(side)], 0.0), 1.0),
@@ -66,6 +77,7 @@ static void side_value(const starter *st, int side, const double cube[3], double
   tsi_bvh_containing(st->tree[side], at, 0.0, evaluate_side_element, &p);
   for (int c = 0; c < 3; c++)
     x[c] = p.sum[c] / p.sum[3];
+  x[3] = p.sum[3];
 }
 
 /* ---- the transfinite map
@@ -74,9 +86,9 @@ static void side_value(const starter *st, int side, const double cube[3], double
 /* x += factor * (point of the boundary at cube with the axes in `ends` moved to an end each,
  * weighted linearly): the term of one, two or three projections. */
 static void add_projection(const starter *st, const double cube[3], int ends, double factor,
-                           double x[3]) {
+                           double x[4]) {
   for (int corner = 0; corner < 8; corner++) {
-    double q[3] = {cube[0], cube[1], cube[2]}, weight = factor, value[3];
+    double q[3] = {cube[0], cube[1], cube[2]}, weight = factor, value[4];
     int side = -1;
     if (corner & ~ends)
       continue;
@@ -90,13 +102,14 @@ static void add_projection(const starter *st, const double cube[3], int ends, do
     if (weight == 0.0)
       continue;
     side_value(st, side, q, value);
-    for (int c = 0; c < 3; c++)
+    for (int c = 0; c < 4; c++)
       x[c] += weight * value[c];
   }
 }
 
-static void transfinite(const starter *st, const double cube[3], double x[3]) {
-  x[0] = x[1] = x[2] = 0.0;
+/* The weight is blended like the coordinates: not positive everywhere. */
+static void transfinite(const starter *st, const double cube[3], double x[4]) {
+  x[0] = x[1] = x[2] = x[3] = 0.0;
   for (int ends = 1; ends < 8; ends++) {
     int n = (ends & 1) + (ends >> 1 & 1) + (ends >> 2 & 1);
     add_projection(st, cube, ends, n == 2 ? -1.0 : 1.0, x);
@@ -109,7 +122,7 @@ static void transfinite(const starter *st, const double cube[3], double x[3]) {
 static void measure_lengths(starter *st) {
   for (int a = 0; a < 3; a++)
     for (int i = 0; i < TABLE * TABLE; i++) {
-      double cube[3], previous[3] = {0.0}, x[3], sum = 0.0;
+      double cube[3], previous[3] = {0.0}, x[4], sum = 0.0;
       cube[(a + 1) % 3] = (double)(i % TABLE) / (TABLE - 1);
       cube[(a + 2) % 3] = (double)(i / TABLE) / (TABLE - 1);
       for (int k = 0; k <= PATH; k++) {
@@ -119,10 +132,21 @@ static void measure_lengths(starter *st) {
           sum += sqrt((x[0] - previous[0]) * (x[0] - previous[0]) +
                       (x[1] - previous[1]) * (x[1] - previous[1]) +
                       (x[2] - previous[2]) * (x[2] - previous[2]));
-        memcpy(previous, x, sizeof x);
+        memcpy(previous, x, sizeof previous);
       }
       st->length[a][i % TABLE][i / TABLE] = sum;
     }
+}
+
+/* One length per axis: no kinks where the table is read between its places. */
+static void flatten_lengths(starter *st) {
+  for (int a = 0; a < 3; a++) {
+    double *l = &st->length[a][0][0], sum = 0.0;
+    for (int i = 0; i < TABLE * TABLE; i++)
+      sum += l[i];
+    for (int i = 0; i < TABLE * TABLE; i++)
+      l[i] = sum / (TABLE * TABLE);
+  }
 }
 
 static double length_at(const starter *st, int a, const double cube[3]) {
@@ -171,7 +195,7 @@ static void place(const tsolid_tmesh *tmesh, const double u[3], const double low
   }
 }
 
-static void cross_to_part(const starter *st, const double u[3], double x[3]) {
+static void cross_to_part(const starter *st, const double u[3], double x[4]) {
   double cube[3], low[3], high[3];
   place(st->space->tmesh, u, st->low, st->high, cube);
   shares_at(st, cube, low, high);
@@ -234,16 +258,22 @@ static int anchor(const double *rows, double cube[3]) {
   return best;
 }
 
-/* P_i + (x below the anchor, at the Greville depth of M_R-) - (x at the anchor). */
-static void place_minus(const starter *st, int function, const double *rows, const double centre[3],
-                        double position[3]) {
-  const tsolid_tmesh *tmesh = st->space->tmesh;
-  double cube[3], u[3], below[3], at[3];
+/* Where a function of the layer R- stands: below its anchor `cube`, at the Greville depth of M_R-.
+ * Returns the side. */
+static int place_below(const tsolid_tmesh *tmesh, const double *rows, double cube[3], double u[3]) {
   int side = anchor(rows, cube), axis = tsi_side_axis(side), knot = side & 1 ? -3 : 2;
-  memcpy(u, cube, sizeof u);
+  memcpy(u, cube, 3 * sizeof *u);
   double r1 = tmesh->plane_value[axis][knot < 0 ? tmesh->n_planes[axis] + knot : knot];
   double end = tmesh->plane_value[axis][side & 1 ? tmesh->n_planes[axis] - 1 : 0];
   u[axis] = (r1 + 2.0 * end) / 3.0;
+  return side;
+}
+
+/* P_i + (x below the anchor) - (x at the anchor). */
+static void place_minus(const starter *st, int function, const double *rows, const double centre[3],
+                        double position[3]) {
+  double cube[3], u[3], below[4], at[4];
+  place_below(st->space->tmesh, rows, cube, u);
   cross_to_part(st, u, below);
   transfinite(st, cube, at);
   const double *p = st->space->boundary->points + 4 * (size_t)function;
@@ -263,7 +293,7 @@ static void fill_nets(const tsolid_boundary *boundary, const tsi_side *s, double
     }
 }
 
-static int prepare_sides(starter *st, const tsi_allocator *allocator) {
+static int prepare(starter *st, const tsi_allocator *allocator) {
   for (int side = 0; side < 6; side++) {
     const tsi_side *s = &st->space->boundary->side[side];
     size_t size = (size_t)(s->degree[0] + 1) * (size_t)(s->degree[1] + 1);
@@ -280,7 +310,22 @@ static int prepare_sides(starter *st, const tsi_allocator *allocator) {
     if (!st->tree[side])
       return 0;
   }
+  for (int a = 0; a < 3; a++) {
+    const double *r = st->space->tmesh->arm_height + 2 * a;
+    st->low[a] = r[0] / (1.0 + r[0] + r[1]);
+    st->high[a] = r[1] / (1.0 + r[0] + r[1]);
+  }
+  measure_lengths(st);
+  if (st->space->tmesh->flags & TSI_TMESH_SHARP_CORE)
+    flatten_lengths(st);
   return 1;
+}
+
+static void free_starter(starter *st, const tsi_allocator *allocator) {
+  for (int side = 0; side < 6; side++) {
+    tsi_bvh_free(st->tree[side]);
+    tsi_delete(allocator, st->net[side]);
+  }
 }
 
 tsolid_status tsi_transfinite_start(tsolid_context *context, const tsolid_space *space,
@@ -288,32 +333,183 @@ tsolid_status tsi_transfinite_start(tsolid_context *context, const tsolid_space 
   starter st = {.space = space};
   tsolid_status status = TSOLID_OK;
   double *rows = tsi_new(&context->allocator, (size_t)space->n_surface, 18 * sizeof *rows);
-  if (!rows || !prepare_sides(&st, &context->allocator)) {
+  if (!rows || !prepare(&st, &context->allocator)) {
     status = tsi_no_memory(context, STAGE);
     goto done;
   }
-  for (int a = 0; a < 3; a++) {
-    const double *r = space->tmesh->arm_height + 2 * a;
-    st.low[a] = r[0] / (1.0 + r[0] + r[1]);
-    st.high[a] = r[1] / (1.0 + r[0] + r[1]);
-  }
-  measure_lengths(&st);
   for (int f = 0; f < space->n_inner; f++) {
-    double u[3], *x = position + 3 * (size_t)f;
+    double u[3], x[4];
     greville(space->tmesh, &space->piece[space->piece_start[f]], u);
     cross_to_part(&st, u, x);
     for (int c = 0; c < 3; c++)
-      x[c] -= centre[c];
+      position[3 * (size_t)f + (size_t)c] = x[c] - centre[c];
   }
   surface_centres(space->boundary, rows);
   for (int i = 0; i < space->n_surface; i++)
     place_minus(&st, i, rows + 18 * (size_t)i, centre,
                 position + 3 * ((size_t)space->n_inner + (size_t)i));
 done:
-  for (int side = 0; side < 6; side++) {
-    tsi_bvh_free(st.tree[side]);
-    tsi_delete(&context->allocator, st.net[side]);
-  }
+  free_starter(&st, &context->allocator);
   tsi_delete(&context->allocator, rows);
+  return status;
+}
+
+/* ---- following the map ------------------------------------------------------------------------
+ */
+
+/* A free function's place u in the cross, and the map's homogeneous value there. */
+typedef struct follower {
+  int element; /* that holds u; -1: none, the function stays as it is */
+  double local[3], value[4];
+} follower;
+
+static int all_equal(const double *row, int n) {
+  for (int i = 1; i < n; i++)
+    if (row[4 * (size_t)i + 3] != row[3])
+      return 0;
+  return 1;
+}
+
+/* Homogeneous value in the core or on the boundary; `weight` > 0: of all weights, else the blended
+ * one. */
+static void end_value(const starter *st, const double u[3], double weight, double h[4]) {
+  cross_to_part(st, u, h);
+  h[3] = weight > 0.0 ? weight : h[3];
+  for (int c = 0; c < 3; c++)
+    h[c] *= h[3];
+}
+
+/* The map to follow: in the arms straight from the core's surface to the boundary. So it has no
+ * zero Jacobian where two sides of the part join smoothly at an isoline, as the transfinite map
+ * has. */
+static void map_value(const starter *st, const double u[3], double weight, double h[4]) {
+  const double *height = st->space->tmesh->arm_height;
+  double core[3], end[3], outer[4], rho = 0.0;
+  for (int a = 0; a < 3; a++) {
+    core[a] = end[a] = fmin(fmax(u[a], 0.0), 1.0);
+    if (u[a] < 0.0 || u[a] > 1.0) {
+      rho = u[a] < 0.0 ? -u[a] / height[2 * a] : (u[a] - 1.0) / height[2 * a + 1];
+      end[a] = u[a] < 0.0 ? -height[2 * a] : 1.0 + height[2 * a + 1];
+    }
+  }
+  end_value(st, core, weight, h);
+  if (rho > 0.0) {
+    end_value(st, end, weight, outer);
+    for (int c = 0; c < 4; c++)
+      h[c] = (1.0 - rho) * h[c] + rho * outer[c];
+  }
+}
+
+static void find_element(const tsolid_space *space, const double u[3], follower *f) {
+  int block = 0;
+  for (int a = 0; a < 3; a++)
+    if (u[a] < 0.0 || u[a] > 1.0)
+      block = 1 + 2 * a + (u[a] > 1.0);
+  f->element = tsi_space_locate(space, block, u);
+  if (f->element >= 0)
+    tsi_element_local(&space->element[f->element], u, f->local);
+}
+
+/* The free functions' places, and as first control points the map's values there. */
+static void find_followers(const starter *st, const double *rows, follower *follow,
+                           double *control) {
+  const tsolid_space *space = st->space;
+  const double *points = space->boundary->points;
+  double weight = all_equal(points, space->n_surface) ? points[3] : 0.0, u[3];
+  for (int f = 0; f < space->n_inner; f++) {
+    greville(space->tmesh, &space->piece[space->piece_start[f]], u);
+    map_value(st, u, weight, follow[f].value);
+    find_element(space, u, &follow[f]);
+    memcpy(control + 4 * (size_t)f, follow[f].value, sizeof follow[f].value);
+  }
+  for (int i = 0; i < space->n_surface; i++) {
+    follower *f = &follow[space->n_inner + i];
+    double cube[3], end[3], at[4], *c = control + 4 * ((size_t)space->n_inner + (size_t)i);
+    int side = place_below(space->tmesh, rows + 18 * (size_t)i, cube, u);
+    memcpy(end, u, sizeof end);
+    end[tsi_side_axis(side)] =
+        side & 1 ? 1.0 + space->tmesh->arm_height[side] : -space->tmesh->arm_height[side];
+    map_value(st, u, weight, f->value);
+    map_value(st, end, weight, at);
+    find_element(space, u, f);
+    for (int k = 0; k < 4; k++)
+      c[k] = points[4 * (size_t)i + (size_t)k] + f->value[k] - at[k];
+    if (weight > 0.0)
+      c[3] = weight;
+  }
+}
+
+typedef struct follow_sum {
+  const double *control;
+  double sum[4];
+} follow_sum;
+
+static void add_to_sum(void *data, int function, const double *value) {
+  follow_sum *s = data;
+  for (int c = 0; c < 4; c++)
+    s->sum[c] += value[0] * s->control[4 * (size_t)function + (size_t)c];
+}
+
+/* What is missing at every place; returns the largest. */
+static double find_missing(const tsolid_space *space, const follower *follow, const double *control,
+                           int n_columns, double *missing) {
+  int n = space->n_inner + space->n_surface;
+  double largest = 0.0;
+  memset(missing, 0, (size_t)n * 4 * sizeof *missing);
+  for (int f = 0; f < n; f++) {
+    follow_sum s = {.control = control};
+    if (follow[f].element < 0)
+      continue;
+    tsi_element_functions(space, follow[f].element, follow[f].local, 0, add_to_sum, &s);
+    for (int c = 0; c < n_columns; c++) {
+      missing[4 * (size_t)f + (size_t)c] = follow[f].value[c] - s.sum[c];
+      largest = fmax(largest, fabs(missing[4 * (size_t)f + (size_t)c]));
+    }
+  }
+  return largest;
+}
+
+/* Sweeps while they gain; 0: a weight is not positive. */
+static int sweep(const tsolid_space *space, const follower *follow, double *control,
+                 double *missing) {
+  size_t n = (size_t)(space->n_inner + space->n_surface);
+  int n_columns = all_equal(space->boundary->points, space->n_surface) ? 3 : 4;
+  double last = (double)INFINITY, enough = FOLLOWED * space->boundary->scale;
+  for (int k = 0; k < MAX_SWEEPS; k++) {
+    double largest = find_missing(space, follow, control, n_columns, missing);
+    if (!(largest < last) || largest <= enough)
+      break;
+    for (size_t i = 0; i < 4 * n; i++)
+      control[i] += missing[i];
+    last = largest;
+  }
+  for (size_t f = 0; f < n; f++)
+    if (!(control[4 * f + 3] > 0.0))
+      return 0;
+  return 1;
+}
+
+tsolid_status tsi_transfinite_follow(tsolid_context *context, const tsolid_space *space,
+                                     double *control) {
+  starter st = {.space = space};
+  tsi_arena arena = tsi_arena_create(context);
+  tsolid_status status = TSOLID_OK;
+  size_t n_free = (size_t)(space->n_inner + space->n_surface), m = (size_t)space->n_surface;
+  follower *follow = tsi_arena_new(&arena, n_free, sizeof *follow);
+  double *rows = tsi_arena_new(&arena, m, 18 * sizeof *rows);
+  double *missing = tsi_arena_new(&arena, n_free, 4 * sizeof *missing);
+  double *trial = tsi_arena_new(&arena, n_free + m, 4 * sizeof *trial);
+  if (!follow || !rows || !missing || !trial || !prepare(&st, &context->allocator)) {
+    status = tsi_no_memory(context, STAGE);
+    goto done;
+  }
+  surface_centres(space->boundary, rows);
+  find_followers(&st, rows, follow, trial);
+  memcpy(trial + 4 * n_free, space->boundary->points, 4 * m * sizeof *trial);
+  if (sweep(space, follow, trial, missing))
+    memcpy(control, trial, 4 * n_free * sizeof *control);
+done:
+  free_starter(&st, &context->allocator);
+  tsi_arena_free(&arena);
   return status;
 }

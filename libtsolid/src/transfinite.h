@@ -8,4 +8,9 @@
 tsolid_status tsi_transfinite_start(tsolid_context *context, const tsolid_space *space,
                                     const double centre[3], double *position);
 
+/* Moves all free control points (rows of 4 of all functions) so that the solid follows the same map
+ * closely; they stay where a weight would not be positive. */
+tsolid_status tsi_transfinite_follow(tsolid_context *context, const tsolid_space *space,
+                                     double *control);
+
 #endif

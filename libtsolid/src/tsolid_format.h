@@ -15,8 +15,8 @@
  *           field by field in the order of tsolid.h; version 1 ends before n_bilinear_factors,
  *           n_moebius (both 0), versions 2 and 3 before n_cut_patches and on (all 0)
  *   MESH    u32 n_lines[3], f64 line[n_lines] of each axis, u32 n_boxes, u32 box[n_boxes][6],
- *           f64 arm_height[6], u32 analysis_suitable_off, u32 level[n_boxes]; versions 1 and 2
- *           end after arm_height (0, levels by width)
+ *           f64 arm_height[6], u32 flags, u32 level[n_boxes]; versions 1 and 2 end after arm_height
+ *           (0, levels by width); flags: 1 no closure, 2 sharp core surface (not in version 3)
  *   CTRL    u32 n, f64 control[n][4]: inner functions, then the layer R-; the layer R is FUNC
  *   INFO    f64 start_worst
  *

@@ -125,7 +125,7 @@ static void put_mesh(writer *w, const tsolid_tmesh *tmesh) {
   put_int(w, tmesh->n_boxes);
   put_ints(w, tmesh->box, 6 * (size_t)tmesh->n_boxes);
   put_doubles(w, tmesh->arm_height, 6);
-  put_int(w, tmesh->analysis_suitable_off);
+  put_int(w, tmesh->flags);
   for (int b = 0; b < tmesh->n_boxes; b++)
     put_int(w, tsi_box_level(tmesh, b));
   end_section(w);

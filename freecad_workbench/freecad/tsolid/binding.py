@@ -539,13 +539,15 @@ class TMesh(_Handle):
     _free = "tsolid_tmesh_free"
 
     @classmethod
-    def create(cls, context, boundary, min_cells=0, isotropic=False, analysis_suitable=True):
+    def create(cls, context, boundary, min_cells=0, isotropic=False, analysis_suitable=True,
+               sharp_core=False):
         """min_cells: at least so many core cells per axis; 0: the library's default.
 
         isotropic: the octree halves all three axes at every split, as in the paper.
         analysis_suitable: False leaves out the closure; the solid is then a rational T-spline.
+        sharp_core: functions that are only continuous across all of the core surface.
         """
-        options = header.TmeshOptions(min_cells, isotropic, not analysis_suitable)
+        options = header.TmeshOptions(min_cells, isotropic, not analysis_suitable, sharp_core)
         handle = c_void_p()
         context.call("tsolid_tmesh_create", boundary.handle, byref(options), byref(handle))
         return cls(context, handle)

@@ -339,7 +339,12 @@ class CoonsReport(ctypes.Structure):
 
 
 class TmeshOptions(ctypes.Structure):
-    _fields_ = [("min_cells", c_int), ("isotropic", c_int), ("analysis_suitable_off", c_int)]
+    _fields_ = [
+        ("min_cells", c_int),
+        ("isotropic", c_int),
+        ("analysis_suitable_off", c_int),
+        ("sharp_core", c_int),
+    ]
 
 
 class TmeshView(ctypes.Structure):
