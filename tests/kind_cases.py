@@ -17,19 +17,26 @@ import Part  # noqa: E402
 import shared_parts  # noqa: E402
 
 from freecad.tsolid import api, binding, convert  # noqa: E402
-from freecad_kinds import GAPS, REFUSED, TAKEN, chamfered  # noqa: E402
+from freecad_kinds import GAPS, REFUSED, TAKEN, TOO_COARSE, chamfered  # noqa: E402
 
 # FreeCAD's IGES reader gives fewer faces than were written
 LOST_BY_IGES = ("extruded parabola",)
 # What it reads differs from what was written: spheres are surfaces of revolution with a pole, the
-# sides of the scaled cylinder and its ends are different splines, an arc of the slot turns back.
+# sides of the scaled cylinder and its ends are different splines, as are those of the swept bar, an
+# arc of the slot turns back, the far cylinder is not sewn.
 CHANGED_BY_IGES = {
     "scaled": "different parameters",
     "slot": "180 degrees",
     "domed bar": "pole",
     "capsule": "pole",
     "hemisphere": "pole",
+    "lens": "pole",
+    "flat lens": "pole",
+    "far from the origin": "open along",
+    "swept round bar": "cannot be proved not to fold",
 }
+# Twelve digits of a polynomial of degree 14: its seam is a corner of a little more than 180 degrees.
+CHANGED_BY_STEP = {"ellipse to circle": "180 degrees"}
 # one of each way in which faces are taken
 QUICK = ("cut obliquely", "quarter cylinder", "hemisphere", "mirrored", "L", "bent bar",
          "lens", "far from the origin")
@@ -139,7 +146,7 @@ class Building(unittest.TestCase):
 
 
 class AllSolids(Building):
-    names = tuple(TAKEN)
+    names = tuple(name for name in TAKEN if name not in TOO_COARSE)
 
 
 class Shared(Building):
@@ -201,6 +208,9 @@ class RoundTrips(unittest.TestCase):
         for name, make in TAKEN.items():
             with self.subTest(name):
                 result = api.check(self.written(make(), "step"))
+                if name in CHANGED_BY_STEP:
+                    self.assertRegex(result.text(), CHANGED_BY_STEP[name])
+                    continue
                 self.assertTrue(result.satisfied, result.text())
 
     def test_iges(self):
