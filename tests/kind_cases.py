@@ -35,11 +35,11 @@ CHANGED_BY_IGES = {
     "far from the origin": "open along",
     "swept round bar": "cannot be proved not to fold",
 }
-# Twelve digits of a polynomial of degree 14: its seam is a corner of a little more than 180 degrees.
+# Twelve digits of degree 14: its seam is a corner of a little more than 180 degrees.
 CHANGED_BY_STEP = {"ellipse to circle": "180 degrees"}
 # one of each way in which faces are taken
-QUICK = ("cut obliquely", "quarter cylinder", "hemisphere", "mirrored", "L", "bent bar",
-         "lens", "far from the origin")
+QUICK = ("cut obliquely", "quarter cylinder", "hemisphere", "mirrored", "L", "bent bar", "lens",
+         "far from the origin")
 
 
 class Verdicts(unittest.TestCase):
