@@ -165,10 +165,18 @@ def names_in(place):
 
 def solved_in_the_fem_workbench():
     """From the FEM workbench's own tool bar into an analysis, solved by CalculiX, shown."""
+    try:
+        Gui.activateWorkbench("FemWorkbench")
+        pump(0.5)
+        _meshed_and_solved()
+    finally:
+        Gui.activateWorkbench("TsolidWorkbench")
+        pump(0.3)
+
+
+def _meshed_and_solved():
     doc = App.newDocument("Fem")
     obj, made = beam(doc)
-    Gui.activateWorkbench("FemWorkbench")
-    pump(0.5)
     window = h.window()
     bars = [b for b in window.findChildren(QtGui.QToolBar)
             if b.isVisible() and "FEM_MeshGmshFromShape" in names_in(b)]
@@ -197,8 +205,6 @@ def solved_in_the_fem_workbench():
         solve(doc, analysis)
     else:
         sys.stderr.write("not solved: there is no ccx\n")
-    Gui.activateWorkbench("TsolidWorkbench")
-    pump(0.3)
 
 
 def load(doc, analysis, obj):
@@ -217,7 +223,10 @@ def load(doc, analysis, obj):
     fixed.References = [(obj, at["fixed"])]
     force = ObjectsFem.makeConstraintForce(doc, "Force")
     force.References = [(obj, at["loaded"])]
-    force.Force = 1000.0
+    try:
+        force.Force = "1000 N"
+    except TypeError:  # FreeCAD 0.20: a number of newtons
+        force.Force = 1000.0
     force.Direction = (obj, [at["loaded"]])
     for found in (material, fixed, force):
         analysis.addObject(found)

@@ -390,7 +390,10 @@ def _merge(result, found, kernel, taken):
             continue
         key = _key(contact.members, ["Face%d" % (f + 1) for f in contact.faces])
         row = rows.setdefault(key, Interface(*key, _OF_KERNEL[contact.kind], 0.0, None))
-        row.gap, row.point = contact.gap, contact.place
+        # faces that are one surface in parts may be near each other elsewhere, as an arch and the
+        # plate that it stands on: that is no gap of their contact
+        if row.kind not in (EXACT, SAME, PARTIAL) or contact.kind != contacts.NEAR:
+            row.gap, row.point = contact.gap, contact.place
     result.interfaces = [rows[key] for key in sorted(rows)]
     known = {tuple(sorted(c.parts)) for c in result.clashes}
     for c in found.clashes:

@@ -4,6 +4,7 @@ isolines, eight corners, and a mark at every violation. Nothing of it is in the 
 """
 
 import numpy as np
+import Part
 from pivy import coin
 
 from . import picture, scene
@@ -187,13 +188,15 @@ def _placement(obj):
 
 
 def violation_points(result):
-    """A place for every finding that refuses the part: its own, or that of what it names."""
+    """A place for every finding that refuses the part: its own, or those of what it names."""
     out = []
     for f in result.findings:
         if f.severity.name == "ERROR":
-            point = f.point or place_of(result.shape, f.where)
-            if point is not None:
-                out.append(point)
+            if f.point:
+                out.append(f.point)
+                continue
+            places = [place_of(result.shape, name) for name in sub_elements(f.where)]
+            out += [p for p in places if p is not None]
     return out
 
 
@@ -218,7 +221,8 @@ def place_of(shape, where):
             return tuple(found.valueAt(sum(found.ParameterRange) / 2))
         if name.startswith("Face"):
             u0, u1, v0, v1 = found.ParameterRange
-            return tuple(found.valueAt((u0 + u1) / 2, (v0 + v1) / 2))
+            middle = found.Surface.value((u0 + u1) / 2, (v0 + v1) / 2)
+            return tuple(Part.Vertex(middle).distToShape(found)[1][0][1])  # beside a hole in it
         return tuple(found.BoundBox.Center)
     return None
 

@@ -428,6 +428,10 @@
    <translation>Wie lange an der Form der Blöcke im Innern gearbeitet wird</translation>
   </message>
   <message>
+   <source>Incomplete: %d of %d parts have no solid.</source>
+   <translation>Unvollständig: %d von %d Teilen haben keinen Volumenkörper.</translation>
+  </message>
+  <message>
    <source>Into analysis</source>
    <translation>In Analyse</translation>
   </message>
