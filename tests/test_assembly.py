@@ -136,6 +136,9 @@ class AssemblyTest(AssemblyCase):
                 self.assertTrue(contact["same_functions"] and contact["same_bits"], contact)
                 self.assertEqual(contact["gap_after"], 0)
                 self.assertLess(contact["ulp_after"], 32)
+                if name != "propeller_tspline":
+                    inside = [-1, 0 if contact["kind"] == "partial" else -1]
+                    self.assertEqual(sorted(contact["continuity"]), inside, contact)
             for part in parts:
                 solid = os.path.join(self.folder, part + ".tsolid")
                 again = subprocess.run([COMMAND, "report", solid], stdout=subprocess.DEVNULL)

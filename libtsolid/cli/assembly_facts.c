@@ -41,6 +41,9 @@ static void print_interface(const tsolid_assembly_view *v, const tsolid_interfac
     printf(s->same_functions ? ", same functions" : ", other functions");
   if (s->same_bits == 1)
     printf(" bit for bit");
+  for (int side = 0; side < 2; side++)
+    if (s->continuity[side] >= 0)
+      printf(", C^%d at its border in %s", s->continuity[side], v->part[s->part[side]].name);
   if (!isnan(s->gap_after))
     printf(", after %.3g (%.0f ulp)", s->gap_after, s->ulp_after);
   printf("\n");

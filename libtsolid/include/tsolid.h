@@ -730,6 +730,9 @@ typedef struct tsolid_interface {
   int same_bits;      /* ... and the control points agree bit for bit */
   double gap_after;   /* largest distance of both solids' own values; NaN: not known */
   double ulp_after;   /* the same in units of the last place of the coordinates */
+  int continuity[2];  /* after the construction: to which order the functions of either patch are
+                         continuous across the contact's borders inside it (its surface stays as
+                         smooth as it was); -1: no border inside, or not known */
 } tsolid_interface;
 
 typedef enum tsolid_clash_kind {

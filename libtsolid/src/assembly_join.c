@@ -421,6 +421,36 @@ static tsolid_status measure_gap(tsolid_context *context, const tsolid_assembly 
   return TSOLID_OK;
 }
 
+/* ---- how smooth ---------------------------------------------------------------------------------
+ */
+
+/* Degree less multiplicity of the knot at x in [0,1]; -1 where there is none inside. */
+static int order_at(const tsolid_patch *patch, int d, double x) {
+  const double *knots = patch->knots[d];
+  int degree = patch->degree[d], n = patch->n_control[d] + degree + 1, count = 0;
+  double low = knots[0], width = knots[n - 1] - low;
+  if (x <= box_resolution || x >= 1.0 - box_resolution)
+    return -1;
+  for (int i = 0; i < n; i++)
+    count += fabs((knots[i] - low) / width - x) <= box_resolution;
+  return degree - count;
+}
+
+/* Across those borders of the contact that lie inside the patch of one side. */
+static int find_continuity(const tsolid_assembly *assembly, const tsolid_interface *view,
+                           int side) {
+  const tsolid_boundary_input *input =
+      &assembly->prepared[assembly->part[view->part[side]].prototype];
+  int least = -1;
+  for (int i = 0; i < 4 && input->patches; i++) {
+    const tsolid_patch *patch = &input->patches[view->patch[side]];
+    int order = patch->tspline || patch->bezier ? -1 : order_at(patch, i / 2, view->box[side][i]);
+    if (order >= 0 && (least < 0 || order < least))
+      least = order;
+  }
+  return least;
+}
+
 /* ---- a contact ---------------------------------------------------------------------------------
  */
 
@@ -449,6 +479,8 @@ static tsolid_status compare_contact(tsolid_context *context, const tsolid_assem
     return tsi_no_memory(context, stage);
   view->same_functions = found.functions;
   view->same_bits = found.bits;
+  for (int side = 0; side < 2; side++)
+    view->continuity[side] = find_continuity(from, view, side);
   if (!found.functions || (one_frame && !found.bits))
     record->net[0].n[0] = record->net[1].n[0] = 0;
   return measure_gap(context, to, k, pieces, view);

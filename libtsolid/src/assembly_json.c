@@ -47,6 +47,8 @@ static cJSON *new_interface(const writing *to, const tsolid_interface *s) {
   put_known(to, o, "same_bits", s->same_bits);
   tsi_doc_add_number(w, o, "gap_after", s->gap_after);
   tsi_doc_add_number(w, o, "ulp_after", s->ulp_after);
+  double continuity[2] = {s->continuity[0], s->continuity[1]};
+  tsi_doc_add_numbers(w, o, "continuity", continuity, 2);
   return o;
 }
 

@@ -712,7 +712,8 @@ tsolid_status tsi_match_skins(tsolid_context *context, const tsolid_assembly *as
                                      .same_functions = -1,
                                      .same_bits = -1,
                                      .gap_after = (double)NAN,
-                                     .ulp_after = (double)NAN};
+                                     .ulp_after = (double)NAN,
+                                     .continuity = {-1, -1}};
   *n_found = 0;
   if (!boxes_meet(p, q, tolerance))
     return TSOLID_OK;

@@ -36,14 +36,16 @@ class Interface:
     near. gap: largest distance as FreeCAD's kernel measures it, or the library where the kernel
     has seen nothing; deviation: of control points, None where they were not compared. After a
     build, None where it is not known: same_functions, same_bits (control points agree bit for bit),
-    gap_after (largest distance of both solids' own points) and ulp_after (the same in units of the
-    last place)."""
+    gap_after (largest distance of both solids' own points), ulp_after (the same in units of the
+    last place) and continuity (least order of the functions across the contact's border where that
+    lies inside a face; -1: nowhere)."""
 
     def __init__(self, parts, faces, kind, gap, point, deviation=None):
         self.parts, self.faces = tuple(parts), tuple(faces)
         self.kind, self.gap, self.point = kind, gap, point
         self.deviation = deviation
         self.same_functions = self.same_bits = self.gap_after = self.ulp_after = None
+        self.continuity = None
 
     @property
     def tight(self):
@@ -157,6 +159,8 @@ def _after(i):
     if i.gap_after is None:
         return ""
     text = ", after: gap %.3g" % i.gap_after
+    if i.continuity >= 0:
+        text += ", functions C^%d across its border" % i.continuity
     if i.same_bits:
         return text + ", the same functions and control points bit for bit"
     if i.same_functions:
@@ -421,6 +425,8 @@ def _after_build(result, joined, taken):
                             ("ulp_after", max)):
             old, new = getattr(row, name), found[name]
             setattr(row, name, new if old is None else worse(old, new))
+        inside = [c for c in list(found["continuity"]) + [row.continuity] if c not in (None, -1)]
+        row.continuity = min(inside, default=-1)
 
 
 def _key(parts, faces):

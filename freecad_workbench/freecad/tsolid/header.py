@@ -534,6 +534,7 @@ class InterfaceStruct(ctypes.Structure):
         ("same_bits", c_int),
         ("gap_after", c_double),
         ("ulp_after", c_double),
+        ("continuity", c_int * 2),
     ]
 
 
