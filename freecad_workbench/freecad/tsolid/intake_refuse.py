@@ -5,6 +5,7 @@ import collections
 
 from .binding import Refused, finding
 from .header import Severity, Status
+from .intake_shell import uses_of
 
 
 SLIVER = 20.0  # times the tolerance
@@ -51,7 +52,7 @@ def _free_edges(shape, names):
     items = {}
     for face in shape.Faces:
         for wire in face.Wires:
-            for edge in wire.childShapes():  # a seam twice
+            for edge in uses_of(face, wire):
                 if not edge.Degenerated:
                     name = names.edge(edge)
                     count[name] += 1

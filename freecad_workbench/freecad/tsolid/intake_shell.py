@@ -97,7 +97,7 @@ class Face:
         self.inner = {}  # nodes where cuts cross
         self.snap = 0.0  # how far an edge is from the isoline that it is taken for
         self.problems = []
-        self.uses = _uses(face)
+        self.uses = uses_of(face, face.OuterWire)
         self._curves = {}
 
     @property
@@ -199,9 +199,12 @@ def _period(surface, axis):
     return 0.0
 
 
-def _uses(face):
-    """The edges of the outer wire as often as it has them, in their orientations."""
-    return [e for e in face.OuterWire.childShapes() if e.ShapeType == "Edge"]
+def uses_of(face, wire):
+    """The edges of a wire as often as it has them, in their orientations: a seam twice, which
+    FreeCAD lists twice up to 0.21, and once from 1.0 on."""
+    edges = [e for e in wire.childShapes() if e.ShapeType == "Edge"]
+    once = [e for e in edges if e.isSeam(face) and sum(e.isSame(x) for x in edges) == 1]
+    return edges + [e.reversed() for e in once]
 
 
 # ---- reading ---------------------------------------------------------------------------------
