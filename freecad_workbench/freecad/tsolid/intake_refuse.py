@@ -52,7 +52,7 @@ def _free_edges(shape, names):
     items = {}
     for face in shape.Faces:
         for wire in face.Wires:
-            for edge in uses_of(face, wire):
+            for edge in uses_of(wire):
                 if not edge.Degenerated:
                     name = names.edge(edge)
                     count[name] += 1

@@ -97,7 +97,7 @@ class Face:
         self.inner = {}  # nodes where cuts cross
         self.snap = 0.0  # how far an edge is from the isoline that it is taken for
         self.problems = []
-        self.uses = uses_of(face, face.OuterWire)
+        self.uses = uses_of(face.OuterWire)
         self._curves = {}
 
     @property
@@ -199,11 +199,12 @@ def _period(surface, axis):
     return 0.0
 
 
-def uses_of(face, wire):
+def uses_of(wire):
     """The edges of a wire as often as it has them, in their orientations: a seam twice, which
-    FreeCAD lists twice up to 0.21, and once from 1.0 on."""
+    FreeCAD lists twice up to 0.21, and once from 1.0 on. A walk along the wire passes it twice."""
     edges = [e for e in wire.childShapes() if e.ShapeType == "Edge"]
-    once = [e for e in edges if e.isSeam(face) and sum(e.isSame(x) for x in edges) == 1]
+    walk = wire.OrderedEdges
+    once = [e for e in edges if sum(map(e.isSame, edges)) < sum(map(e.isSame, walk))]
     return edges + [e.reversed() for e in once]
 
 
