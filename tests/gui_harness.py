@@ -249,7 +249,8 @@ def run(cases, before=None):
         except BaseException:
             outcome["harness"] = traceback.format_exc()
         with open(RESULT, "w", encoding="utf-8") as stream:
-            json.dump({"cases": outcome, "report view": report_view()}, stream)
+            json.dump({"cases": outcome, "report view": report_view(),
+                       "version": App.Version()[:2]}, stream)
         sys.stderr.flush()
         os._exit(0)
 

@@ -23,7 +23,10 @@ BUILD = os.environ.get("TSOLID_BUILD_DIR", os.path.join(os.path.dirname(HERE), "
 FREECAD = shutil.which("freecad") or shutil.which("FreeCAD")
 REFERENCES = os.path.join(HERE, "gui_pictures")
 SECONDS = 600
-ALLOWED = 0.02  # mean difference of two pictures, of full white; drivers differ a little
+# Mean difference of two pictures, of full white. Drivers differ a little; FreeCADs other than that
+# of the references, by their own shading and colours, by up to 0.09. Without the part it would be
+# 0.13 and more, so there a missing part is seen, missing lines (0.05) are not.
+ALLOWED, ALLOWED_OTHER, REFERENCE_VERSION = 0.02, 0.1, ["0", "20"]
 
 USER_CFG = """<?xml version="1.0" encoding="UTF-8" standalone="no" ?>
 <FCParameters><FCParamGroup Name="Root"><FCParamGroup Name="BaseApp">
@@ -133,7 +136,8 @@ class Window(unittest.TestCase):
         if os.environ.get("TSOLID_GUI_CASES"):
             return
         self.assertGreaterEqual(len(outcome["cases"]), 20)
-        self.pictures()
+        known = outcome["version"] == REFERENCE_VERSION
+        self.pictures(ALLOWED if known else ALLOWED_OTHER)
 
     def test_german_without_a_library(self):
         with open(self.profile.config, "w", encoding="utf-8") as stream:
@@ -163,7 +167,7 @@ class Window(unittest.TestCase):
         run = subprocess.run([sys.executable, script, "--check"], stdout=subprocess.PIPE)
         self.assertEqual((run.returncode, run.stdout), (0, b""))
 
-    def pictures(self):
+    def pictures(self, allowed):
         drawn = [n for n in os.listdir(self.profile.pictures) if not n.startswith("screen_")]
         self.assertEqual(sorted(drawn), sorted(os.listdir(REFERENCES)))
         far = {}
@@ -171,7 +175,7 @@ class Window(unittest.TestCase):
             paths = [os.path.join(d, name) for d in (REFERENCES, self.profile.pictures)]
             far[name] = difference(*paths)
         print("pictures differ by %.4f at most" % max(far.values()))
-        self.assertEqual({n: d for n, d in far.items() if d >= ALLOWED}, {})
+        self.assertEqual({n: d for n, d in far.items() if d >= allowed}, {})
 
 
 if __name__ == "__main__":
