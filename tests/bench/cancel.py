@@ -31,6 +31,9 @@ class Longest:
 
 def inside(names):
     """In FreeCADCmd."""
+    import binding_parts
+
+    binding_parts.join_freecad()
     import FreeCAD
 
     from freecad.tsolid import actions, files
