@@ -15,12 +15,15 @@ from ctypes import POINTER, c_char, c_char_p, c_double, c_int, c_size_t, c_void_
 import binding_parts
 from binding_parts import ROOT, binding, header, library
 
-HEADER = os.path.join(ROOT, "libtsolid", "include", "tsolid.h")
+HEADERS = [os.path.join(ROOT, "libtsolid", "include", name)
+           for name in ("tsolid.h", "tsolid_assembly.h", "tsolid_analysis.h")]
 
 
 def read_header():
-    with open(HEADER, encoding="utf-8") as stream:
-        text = stream.read()
+    text = ""
+    for path in HEADERS:
+        with open(path, encoding="utf-8") as stream:
+            text += stream.read()
     return re.sub(r"/\*.*?\*/", " ", text, flags=re.S)
 
 
