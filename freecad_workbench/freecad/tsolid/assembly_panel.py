@@ -5,7 +5,7 @@ import FreeCADGui as Gui
 from PySide import QtGui
 from PySide.QtCore import QT_TRANSLATE_NOOP
 
-from . import api, assemblies, files, members, overlay, panels, rows, runner, view
+from . import api, assemblies, members, overlay, panels, rows, runner, view
 from .runner import reference, tr
 
 
@@ -115,18 +115,6 @@ class AssemblyPanel(panels.Panel):
             sizes = [self.result.parts[k].shape.BoundBox.DiagonalLength
                      for k, _ in getattr(row, "items", ())]
             overlay.zoom_to(current, tuple(place), 0.5 * max(sizes, default=1.0))
-
-    def copy(self):
-        self.copy_text(rows.text("%s: %s" % (self.name.text(), self.verdict.text()), self.groups))
-
-    def export(self):
-        path = self.ask_file([tr("Web page") + " (*.html)", "JSON (*.json)", "CSV (*.csv)"])
-        if path:
-            try:
-                files.write_check(self.result, path)
-                runner.say(tr("Written: %s") % path)
-            except files.FileError as error:
-                self.verdict.say(str(error), "bad")
 
 
 def reference_of(doc, objects):

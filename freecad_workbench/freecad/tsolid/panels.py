@@ -304,9 +304,21 @@ class Panel:
             size = max(target.Shape.BoundBox.DiagonalLength, 1e-9)
             overlay.zoom_to(current, tuple(place), 0.35 * size)
 
-    def copy_text(self, text):
+    def copy(self):
+        """All rows as text, under the panel's name and verdict."""
+        text = rows.text("%s: %s" % (self.name.text(), self.verdict.text()), self.groups)
         QtGui.QApplication.clipboard().setText(text)
         runner.say(tr("Copied."))
+
+    def export(self):
+        """The rows of a check as a file."""
+        path = self.ask_file([tr("Web page") + " (*.html)", "JSON (*.json)", "CSV (*.csv)"])
+        if path:
+            try:
+                files.write_check(self.result, path)
+                runner.say(tr("Written: %s") % path)
+            except files.FileError as error:
+                self.verdict.say(str(error), "bad")
 
     def ask_file(self, kinds):
         """A file name to write to; "" when the user thinks better of it."""
@@ -395,18 +407,6 @@ class CheckPanel(Panel):
     def tidy(self):
         self.wipe()
         self.picker.stop()
-
-    def copy(self):
-        self.copy_text(rows.text("%s: %s" % (self.obj.Label, self.verdict.text()), self.groups))
-
-    def export(self):
-        path = self.ask_file([tr("Web page") + " (*.html)", "JSON (*.json)", "CSV (*.csv)"])
-        if path:
-            try:
-                files.write_check(self.result, path)
-                runner.say(tr("Written: %s") % path)
-            except files.FileError as error:
-                self.verdict.say(str(error), "bad")
 
     def go_on(self):
         """To the build panel of the same part."""
@@ -604,9 +604,6 @@ class ReportPanel(Panel):
         self.verdict.say(rows.headline_of_report(report, tr), kind)
         self.state.setText(document.status_text(self.obj))
         self.tree.fill(self.groups)
-
-    def copy(self):
-        self.copy_text(rows.text("%s: %s" % (self.obj.Label, self.verdict.text()), self.groups))
 
     def export(self):
         path = self.ask_file(
