@@ -181,6 +181,25 @@ class HexBlocks(unittest.TestCase):
             raise AssertionError("no hexahedra in " + path)
         return worst
 
+    def test_what_an_analysis_lacks(self):
+        """A material, a solver, CalculiX itself: one sentence each, and none when all is there."""
+        import ObjectsFem
+
+        doc = FreeCAD.newDocument()
+        analysis = ObjectsFem.makeAnalysis(doc, "Analysis")
+        words = " ".join(fem.lacks(analysis))
+        self.assertIn("has no material", words)
+        self.assertIn("has no solver", words)
+        group = FreeCAD.ParamGet("User parameter:BaseApp/Preferences/Mod/Fem/Ccx")
+        before = group.GetString("ccxBinaryPath", "")
+        self.addCleanup(group.SetString, "ccxBinaryPath", before)
+        group.SetString("ccxBinaryPath", "/no/such/ccx")
+        self.assertIn("CalculiX (ccx) was not found", " ".join(fem.lacks(analysis)))
+        group.SetString("ccxBinaryPath", sys.executable)  # some program that is there
+        analysis.addObject(ObjectsFem.makeMaterialSolid(doc, "Material"))
+        analysis.addObject(ObjectsFem.makeSolverCalculixCcxTools(doc, "Solver"))
+        self.assertEqual(fem.lacks(analysis), [])
+
     def test_nothing_to_mesh(self):
         doc = FreeCAD.newDocument()
         with self.assertRaises(ValueError):

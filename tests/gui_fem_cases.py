@@ -197,9 +197,11 @@ def _meshed_and_solved():
     choose(part("order", QtGui.QComboBox), 1)
     click(part("mesh"))
     says("Meshed: ")
+    lacking = part("lacks", QtGui.QLabel).text()
     close_panel()
     mesh = doc.findObjects("Fem::FemMeshObject")[0]
     assert mesh in analysis.Group
+    assert "has no material" in lacking, lacking
     load(doc, analysis, obj)
     if shutil.which("ccx") is not None:
         solve(doc, analysis)

@@ -11,6 +11,7 @@ Groups of the mesh are called as the part's faces are: Face1, Face2, ...
 """
 
 import hashlib
+import shutil
 
 import FreeCAD
 
@@ -210,6 +211,27 @@ def _meshed_now(solid, options, progress=None):
 def put(fem, ready):
     fem.FemMesh = ready.fem_mesh
     fem.MadeFrom = ready.made_from
+
+
+def lacks(container):
+    """What an analysis with hex blocks still needs before CalculiX can solve it, in sentences."""
+    out = []
+    kinds = [getattr(getattr(o, "Proxy", None), "Type", "") for o in container.Group]
+    if not any(o.isDerivedFrom("App::MaterialObject") or kind.startswith("Fem::Material")
+               for o, kind in zip(container.Group, kinds)):
+        out.append("%s has no material: add one before solving." % container.Label)
+    if not any(o.isDerivedFrom("Fem::FemSolverObject") for o in container.Group):
+        out.append("%s has no solver: add CalculiX before solving." % container.Label)
+    if not has_calculix():
+        out.append(
+            "CalculiX (ccx) was not found: install it, or set its path in FEM's preferences.")
+    return out
+
+
+def has_calculix():
+    group = FreeCAD.ParamGet("User parameter:BaseApp/Preferences/Mod/Fem/Ccx")
+    path = group.GetString("ccxBinaryPath", "")
+    return shutil.which(path or "ccx") is not None
 
 
 def options_of(fem):

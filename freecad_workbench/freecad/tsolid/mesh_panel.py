@@ -26,6 +26,10 @@ class MeshPanel(panels.Panel):
         self.layout.addWidget(self.verdict)
         if self.again and fem.is_out_of_date(self.obj):
             self.verdict.say(tr("Out of date: the solid has been rebuilt since."), "unsure")
+        self.lacks = panels.narrow(QtGui.QLabel())
+        self.lacks.setObjectName("lacks")
+        self.lacks.setWordWrap(True)
+        self.layout.addWidget(self.lacks)
         self.buttons = self.add_buttons(
             ("preview", tr("Preview"), self.preview), ("mesh", tr("Mesh"), self.mesh)
         )
@@ -128,6 +132,10 @@ class MeshPanel(panels.Panel):
             return
         self.tidy()  # the mesh itself is seen now
         self._count(result.mesh, tr("Meshed"))
+        name = self.analysis.itemData(self.analysis.currentIndex())
+        container = self.obj.Document.getObject(name) if name and not self.again else None
+        if container is not None:
+            self.lacks.setText("\n".join(fem.lacks(container)))
 
     def _ready(self):
         for button in self.buttons:
