@@ -6,6 +6,14 @@
 #include "bernstein.h"
 #include "internal.h"
 
+double tsi_unit_scale(double largest) {
+  int exponent;
+  if (!(largest > 0.0) || !isfinite(largest))
+    return 1.0;
+  (void)frexp(largest, &exponent);
+  return ldexp(1.0, exponent < -1000 ? 1000 : -exponent);
+}
+
 double tsi_gamma(double n) {
   double nu = n * TSI_ROUND_OFF;
   return nu / (1.0 - nu) * (1.0 + 0x1p-50);

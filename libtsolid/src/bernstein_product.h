@@ -41,6 +41,9 @@ static inline size_t tsi_product_size(const tsi_product *a) {
   return (size_t)a->n[0] * (size_t)a->n[1] * (size_t)a->n[2];
 }
 
+/* Power of two that brings `largest` into [1/2, 1); 1 for zero. */
+double tsi_unit_scale(double largest);
+
 /* n u / (1 - n u), rounded up. */
 double tsi_gamma(double n);
 

@@ -143,15 +143,6 @@ typedef struct leaf_error {
   double absolute[4], relative[4];
 } leaf_error;
 
-/* Power of two that brings `largest` into [1/2, 1); 1 for zero. */
-static double unit_scale(double largest) {
-  int exponent;
-  if (!(largest > 0.0) || !isfinite(largest))
-    return 1.0;
-  (void)frexp(largest, &exponent);
-  return ldexp(1.0, exponent < -1000 ? 1000 : -exponent);
-}
-
 /* Fills the working net: translated (rational elements), scaled by powers of two. */
 static leaf_error prepare_net(tsi_certifier *c, const tsi_certify_task *task) {
   leaf_error error;
@@ -174,8 +165,8 @@ static leaf_error prepare_net(tsi_certifier *c, const tsi_certify_task *task) {
     heaviest = fmax(heaviest, from[3]);
   }
   double scale[4];
-  scale[0] = scale[1] = scale[2] = unit_scale(largest);
-  scale[3] = unit_scale(heaviest);
+  scale[0] = scale[1] = scale[2] = tsi_unit_scale(largest);
+  scale[3] = tsi_unit_scale(heaviest);
   for (size_t k = 0; k < 4 * n; k++)
     c->net[k] *= scale[k % 4];
   for (int d = 0; d < 4; d++) {

@@ -43,15 +43,6 @@ struct tsolid_coons {
   char *text;     /* names */
 };
 
-/* ---- the Coons patch ------------------------------------------------------------------------- */
-
-static double greville(const tsi_planar *p, int d, int i) {
-  double sum = 0.0;
-  for (int k = 1; k <= p->degree[d]; k++)
-    sum += p->knots[d][i + k];
-  return sum / p->degree[d];
-}
-
 static int allocate_planar(tsi_coons_work *w) {
   tsi_planar *p = &w->planar;
   for (int d = 0; d < 2; d++) {
@@ -119,7 +110,7 @@ static int fill_inside(tsi_planar *p, int logarithmic) {
     for (int i = 1; i + 1 < p->n[0]; i++) {
       size_t row = (size_t)i + (size_t)p->n[0] * (size_t)j;
       double h[3];
-      combine(p, i, j, greville(p, 0, i), greville(p, 1, j), logarithmic, h);
+      combine(p, i, j, tsi_planar_greville(p, 0, i), tsi_planar_greville(p, 1, j), logarithmic, h);
       if (!logarithmic && !(h[2] > lightest_inside * lightest_beside(p, i, j)))
         return 0;
       p->weight[row] = logarithmic ? exp(h[2]) : h[2];

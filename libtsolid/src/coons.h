@@ -53,6 +53,14 @@ typedef struct tsi_planar {
   double *weight; /* > 0 */
 } tsi_planar;
 
+/* The Greville point of control point i in direction d. */
+static inline double tsi_planar_greville(const tsi_planar *p, int d, int i) {
+  double sum = 0.0;
+  for (int k = 1; k <= p->degree[d]; k++)
+    sum += p->knots[d][i + k];
+  return sum / p->degree[d];
+}
+
 /* ---- plane and corners (coons_plane.c) ---------------------------------------------------------
  */
 

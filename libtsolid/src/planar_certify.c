@@ -100,18 +100,9 @@ static double *insert_along(tsi_arena *arena, const tsi_planar *p, int d, const 
   return net;
 }
 
-/* Power of two that brings `largest` into [1/2, 1); 1 for zero. */
-static double unit_scale(double largest) {
-  int exponent;
-  if (!(largest > 0.0) || !isfinite(largest))
-    return 1.0;
-  (void)frexp(largest, &exponent);
-  return ldexp(1.0, exponent < -1000 ? 1000 : -exponent);
-}
-
 /* Scaled by powers of two, so that no product overflows. */
 static int refine(tsi_arena *arena, const tsi_planar *p, double size, double heaviest, refined *r) {
-  double point_scale = unit_scale(size), weight_scale = unit_scale(heaviest);
+  double point_scale = tsi_unit_scale(size), weight_scale = tsi_unit_scale(heaviest);
   size_t n = (size_t)p->n[0] * (size_t)p->n[1];
   double *net = tsi_arena_new(arena, n, 3 * sizeof *net);
   if (!net)
@@ -349,10 +340,10 @@ static int make_certifier(tsi_arena *arena, const tsi_planar *patch, double erro
   }
   if (!refine(arena, patch, largest, heaviest, r))
     return 0;
-  double point_scale = unit_scale(largest);
+  double point_scale = tsi_unit_scale(largest);
   error *= point_scale;
   largest *= point_scale;
-  heaviest *= unit_scale(heaviest);
+  heaviest *= tsi_unit_scale(heaviest);
   for (int d = 0; d < 2; d++) {
     size_t q = (size_t)patch->degree[d];
     c->degree[d] = patch->degree[d];

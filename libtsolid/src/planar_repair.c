@@ -212,13 +212,6 @@ typedef struct level {
   double *b;
 } level;
 
-static double greville(const tsi_planar *p, int d, int i) {
-  double sum = 0.0;
-  for (int k = 1; k <= p->degree[d]; k++)
-    sum += p->knots[d][i + k];
-  return sum / p->degree[d];
-}
-
 /* n unknowns, or all points. */
 static int make_level(tsi_arena *arena, const tsi_planar *p, int d, int n, level *l) {
   double knots[64], value[4];
@@ -237,7 +230,8 @@ static int make_level(tsi_arena *arena, const tsi_planar *p, int d, int n, level
     knots[i] = k <= 0 ? 0.0 : k >= spans ? 1.0 : (double)k / spans;
   }
   for (int i = 0; i < l->n_inside; i++) {
-    int first = tsi_bspline_basis(3, functions, knots, greville(p, d, i + 1), value, NULL);
+    int first =
+        tsi_bspline_basis(3, functions, knots, tsi_planar_greville(p, d, i + 1), value, NULL);
     for (int k = 0; k < 4; k++)
       if (first + k >= 1 && first + k <= n)
         l->b[i * n + first + k - 1] = value[k];
