@@ -82,6 +82,7 @@ class Corners(unittest.TestCase):
         places = []
         for solid in (shape, again):
             names = re.findall(r"Vertex\d+", self.chosen(solid))
+            self.assertEqual(len(names), 8)
             points = [solid.getElement(name).Point for name in names]
             places.append(sorted(tuple(round(x, 9) for x in p) for p in points))
         self.assertEqual(places[0], places[1])
@@ -91,8 +92,10 @@ class Corners(unittest.TestCase):
         first = set(re.findall(r"Vertex\d+", self.chosen(shape)))
         other = next("Vertex%d" % k for k in range(1, 11) if "Vertex%d" % k not in first)
         text = self.chosen(shape, [other])
-        if text:
-            self.assertIn(other, re.findall(r"Vertex\d+", text))
+        self.assertRegex(text, "the part has 4 possible cubes")
+        taken = re.findall(r"Vertex\d+", text)
+        self.assertIn(other, taken)
+        self.assertEqual(self.chosen(shape, taken), "")  # no choice is left
         result = api.build(shape, effort="quick", corners=[other])
         self.assertTrue(result.proved, result.text())
         corners = result.boundary.requirement["corner"]
@@ -102,8 +105,9 @@ class Corners(unittest.TestCase):
 
     def test_impossible_corners_are_refused(self):
         shape = chamfered()
+        five = "5 vertices of the face .* would have to be corners; a side of the cube has four"
         for corners, words in ((["Vertex99"], "no such vertex"),
-                               (self.five_of_one_face(shape), "corner")):
+                               (self.five_of_one_face(shape), five)):
             with self.assertRaises(binding.Refused) as caught:
                 self.chosen(shape, corners)
             self.assertRegex(str(caught.exception), words)
