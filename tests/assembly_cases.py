@@ -13,7 +13,7 @@ import binding_parts
 from binding_parts import ROOT
 from rewrite_part import moved, rescaled_at_random, shuffled
 
-from examples.assemblies import ASSEMBLIES, UNIT
+from examples.assemblies import UNIT
 from examples.cube_mesh import CubeMesh, write_model
 from examples.splines import Patch, raise_patch, write_tsb
 
@@ -170,7 +170,3 @@ class AssemblyCase(unittest.TestCase):
             self.assertTrue(contact["same_functions"] and contact["same_bits"], contact)
             self.assertEqual(contact["gap_after"], 0)
             self.assertLess(contact["ulp_after"], 32)
-
-
-def example_parts():
-    return {name: make() for name, make in ASSEMBLIES.items()}

@@ -14,6 +14,7 @@ PACKAGE = os.path.join(ROOT, "freecad_workbench")
 FREECAD = os.environ.get("TSOLID_FREECADCMD", "freecadcmd")
 LAUNCHER = os.path.join(ROOT, "freecad_workbench", "bin", "tsolid-freecad")
 EXIT_BASE = 40  # exit codes of what runs inside FreeCADCmd; it has 0 and 1 for ends of its own
+SKIPPED = 77  # the exit code that CTest shows as such
 sys.path.insert(0, PACKAGE)
 
 
@@ -141,7 +142,8 @@ def launch(*arguments, cwd=None, **environment):
 
 
 def run(module):
-    """Runs a module's tests; prints `N passed, N failed` and returns the exit code."""
+    """Runs a module's tests; prints `N passed, N failed` and returns the exit code: 1 also when
+    there are none, SKIPPED when all were skipped."""
     suite = unittest.defaultTestLoader.loadTestsFromModule(module)
     pattern = sys.argv[1] if len(sys.argv) > 1 else ""
     chosen = unittest.TestSuite(t for s in suite for t in s if pattern in t.id())
@@ -151,4 +153,6 @@ def run(module):
     skipped = "" if not result.skipped else ", %d skipped" % len(result.skipped)
     passed = max(0, result.testsRun - bad - len(result.skipped))
     print("%d passed, %d failed%s" % (passed, bad, skipped))
-    return 1 if bad else 0
+    if bad or not result.testsRun:
+        return 1
+    return 0 if passed else SKIPPED

@@ -16,7 +16,6 @@ what is ready (see Job); in a macro or without a window the same line does the w
 """
 
 import contextlib
-import os
 
 import FreeCAD
 
@@ -331,7 +330,3 @@ def open_example(name):
     from . import files
 
     return files.open_example(name)
-
-
-def base_name(path):
-    return os.path.splitext(os.path.basename(path))[0]

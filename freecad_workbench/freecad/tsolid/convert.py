@@ -15,9 +15,8 @@ import Part
 from . import binding, intake_patches
 from .binding import Refused
 from .header import Severity, Status
-from .intake_patches import N_SAMPLES, SEED  # noqa: F401
 from .intake_refuse import problems_of, the_solid
-from .intake_shell import CAP, PLANAR, RIGID, TOLERANCE  # noqa: F401
+from .intake_shell import CAP, PLANAR, RIGID
 from .occ_spline import (  # noqa: F401
     patch_of_surface,
     patches_of_boundary,

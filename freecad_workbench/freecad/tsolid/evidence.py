@@ -12,7 +12,8 @@ import FreeCAD
 import Part
 
 from .binding import Cancelled
-from .convert import CAP, N_SAMPLES, PLANAR, SEED
+from .intake_patches import N_SAMPLES, SEED
+from .intake_shell import CAP, PLANAR
 from .header import Status
 
 _RELATIVE = 1e-12  # of the scale

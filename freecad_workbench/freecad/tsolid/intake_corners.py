@@ -22,7 +22,6 @@ import math
 
 from .intake_cells import uses
 from .intake_cuts import corners_of
-from .intake_shell import CAP, RIGID
 
 MAX_STEPS = 200000  # of the search
 MAX_KEPT = 512  # choices that are looked at more closely
@@ -293,11 +292,3 @@ def _reaches(key, start, ends, sectors, numbers):
         if key is None:
             return not free
     return False
-
-
-def is_cap(cell):
-    return cell.face.kind == CAP
-
-
-def is_rigid(cell):
-    return cell.face.kind == RIGID
