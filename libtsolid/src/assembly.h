@@ -12,6 +12,7 @@
 #define TSI_ASSEMBLY_H
 
 #include "patch.h"
+#include "vector.h"
 
 /* A patch of a part in its place. T-splines and Bezier elements are written as one NURBS patch with
  * knots of full multiplicity at all lines of elements: the same surface. */

@@ -9,14 +9,6 @@
 
 enum { MOST_STEPS = 40, N_STARTS = 2 };
 
-static double square(const double x[3]) {
-  return x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
-}
-
-static double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Residual S - x and, for d not NULL, the derivatives. Returns its square. */
 static double evaluate(const tsi_skin *skin, const double x[3], const double uv[2], double r[3],
                        double d[2][3]) {
@@ -28,7 +20,7 @@ static double evaluate(const tsi_skin *skin, const double x[3], const double uv[
     for (int k = 0; d && k < 2; k++)
       d[k][c] = (slope[k][c] - s * slope[k][3]) / h[3];
   }
-  return square(r);
+  return tsi_dot3(r, r);
 }
 
 static double clamp(double x) {
@@ -38,9 +30,9 @@ static double clamp(double x) {
 /* The damped step; a parameter that would leave is held. */
 static void find_step(const double uv[2], const double r[3], double d[2][3], double damping,
                       double step[2]) {
-  double a = dot(d[0], d[0]) * (1.0 + damping), b = dot(d[0], d[1]),
-         c = dot(d[1], d[1]) * (1.0 + damping);
-  double g[2] = {-dot(d[0], r), -dot(d[1], r)}, determinant = a * c - b * b;
+  double a = tsi_dot3(d[0], d[0]) * (1.0 + damping), b = tsi_dot3(d[0], d[1]),
+         c = tsi_dot3(d[1], d[1]) * (1.0 + damping);
+  double g[2] = {-tsi_dot3(d[0], r), -tsi_dot3(d[1], r)}, determinant = a * c - b * b;
   int held[2];
   for (int k = 0; k < 2; k++)
     held[k] = (uv[k] <= 0.0 && g[k] < 0.0) || (uv[k] >= 1.0 && g[k] > 0.0);
@@ -71,7 +63,7 @@ static void improve(const tsi_skin *skin, const double x[3], tsi_foot *foot) {
     uv[1] = clamp(foot->uv[1] + step[1]);
     double expected = 0.0; /* decrease of f */
     for (int i = 0; i < 2; i++)
-      expected -= (uv[i] - foot->uv[i]) * dot(d[i], r);
+      expected -= (uv[i] - foot->uv[i]) * tsi_dot3(d[i], r);
     if (expected <= 1e-15 * f)
       break;
     double change = fabs(uv[0] - foot->uv[0]) + fabs(uv[1] - foot->uv[1]);
@@ -105,7 +97,7 @@ void tsi_foot_find(const tsi_skin *skin, const double x[3], const double *near, 
   for (int i = 0; i < n0 * skin->n_grid[1]; i++) {
     for (int c = 0; c < 3; c++)
       d[c] = skin->grid[i][c] - x[c];
-    double f = square(d);
+    double f = tsi_dot3(d, d);
     if (f < best[0]) {
       best[1] = best[0];
       at[1] = at[0];

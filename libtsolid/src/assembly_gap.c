@@ -29,10 +29,6 @@ typedef struct sampler {
   int whole, largest;
 } sampler;
 
-static double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 static void take_sample(const sampler *s, double u, double v, const double *near, sample *out) {
   double n[2][3], y[3], d[3], across = 0.0;
   tsi_foot foot;
@@ -47,14 +43,14 @@ static void take_sample(const sampler *s, double u, double v, const double *near
     d[c] = foot.point[c] - out->point[c];
   for (int c = 0; c < 3; c++)
     out->middle[c] = out->point[c] + 0.5 * d[c];
-  double cosine = dot(n[0], n[1]), along = dot(d, n[1]);
+  double cosine = tsi_dot3(n[0], n[1]), along = tsi_dot3(d, n[1]);
   for (int c = 0; c < 3; c++)
     across += (d[c] - along * n[1][c]) * (d[c] - along * n[1][c]);
   out->opposite = s->a->outward == 0 || s->b->outward == 0 || cosine < 0.0;
   out->over = regular && fabs(cosine) > facing &&
               sqrt(across) <= tangent * foot.distance + s->tolerance &&
               (out->opposite || foot.distance <= s->tolerance);
-  out->signed_distance = copysign(foot.distance, dot(d, n[0]));
+  out->signed_distance = copysign(foot.distance, tsi_dot3(d, n[0]));
 }
 
 /* Without a foot: not over the other patch, whatever its foot is. */
@@ -63,7 +59,7 @@ static int is_beside(const sampler *s, double u, double v) {
   const tsi_skin *b = s->b;
   if (!tsi_skin_normal(s->a, u, v, x, normal))
     return 0;
-  double cosine = dot(normal, b->mean), angle = acos(fmin(fabs(cosine), 1.0));
+  double cosine = tsi_dot3(normal, b->mean), angle = acos(fmin(fabs(cosine), 1.0));
   if (angle - b->cone > acos(facing))
     return 1;
   for (int c = 0; c < 3; c++)
@@ -153,8 +149,7 @@ static int corners_near(const tsi_skin *a, const tsi_skin *b, double reach) {
   for (int k = 0; k < 4; k++) {
     int best = -1;
     for (int m = 0; m < 4; m++) {
-      double d = hypot(hypot(a->corner[k][0] - b->corner[m][0], a->corner[k][1] - b->corner[m][1]),
-                       a->corner[k][2] - b->corner[m][2]);
+      double d = tsi_distance(a->corner[k], b->corner[m]);
       if (!used[m] && d <= reach && best < 0)
         best = m;
     }

@@ -333,17 +333,12 @@ static void place_point(const tsi_member *part, double x[3]) {
 /* ---- gaps --------------------------------------------------------------------------------------
  */
 
-static double distance(const double a[3], const double b[3]) {
-  return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
-}
-
 static void evaluate_record(const tsolid_assembly *assembly, int k, int side, double s, double t,
                             double x[3]) {
   const tsi_record *record = &assembly->record[k];
   double h[4];
   tsi_patch_evaluate(&record->net[record->net[1].n[0] ? side : 0], s, t, h, NULL);
-  for (int c = 0; c < 3; c++)
-    x[c] = h[c] / h[3];
+  tsi_project_point(h, x);
   place_point(&assembly->part[assembly->contact[k].view.part[side]], x);
 }
 
@@ -410,9 +405,9 @@ static tsolid_status measure_gap(tsolid_context *context, const tsolid_assembly 
       for (int m = 0; m < 3; m++)
         largest = fmax(largest, fabs(x[side][m]));
     }
-    own = fmax(own, distance(x[0], x[1]));
+    own = fmax(own, tsi_distance(x[0], x[1]));
     if (has_record)
-      recorded = fmax(recorded, distance(y[0], y[1]));
+      recorded = fmax(recorded, tsi_distance(y[0], y[1]));
   }
   int exponent;
   frexp(largest, &exponent);

@@ -31,10 +31,6 @@ static const double straightness = 1e-5; /* spread of the feet of an isoline */
 
 enum { N_SAMPLES = 33, MOST_CUTS = 4, MOST_CELLS = 4096, N_STEPS = 8 };
 
-static double distance(const double a[3], const double b[3]) {
-  return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
-}
-
 int tsi_patch_turn(tsi_arena *arena, const tsi_patch *from, int code, tsi_patch *patch) {
   int flip[2] = {code & 1, code >> 1 & 1};
   return tsi_patch_orient(arena, from, flip, code >> 2, patch);
@@ -142,11 +138,9 @@ static double compare_nets(const tsi_patch *a, const tsi_patch *b) {
     double x[3], y[3];
     if (fabs(q[3] * factor / p[3] - 1.0) > weight_resolution)
       return INFINITY;
-    for (int c = 0; c < 3; c++) {
-      x[c] = p[c] / p[3];
-      y[c] = q[c] / q[3];
-    }
-    most = fmax(most, distance(x, y));
+    tsi_project_point(p, x);
+    tsi_project_point(q, y);
+    most = fmax(most, tsi_distance(x, y));
   }
   return most;
 }
@@ -159,16 +153,14 @@ static double find_middle(const tsi_patch *a, const tsi_patch *b, int d, int end
   at[d] = 0.5;
   at[1 - d] = end;
   tsi_patch_evaluate(a, at[0], at[1], h, NULL);
-  for (int c = 0; c < 3; c++)
-    x[c] = h[c] / h[3];
+  tsi_project_point(h, x);
   double best = INFINITY, middle = 0.5;
   for (int i = 0; i <= 16; i++) {
     at[d] = i / 16.0;
     tsi_patch_evaluate(b, at[0], at[1], h, NULL);
-    for (int c = 0; c < 3; c++)
-      y[c] = h[c] / h[3];
-    if (distance(x, y) < best) {
-      best = distance(x, y);
+    tsi_project_point(h, y);
+    if (tsi_distance(x, y) < best) {
+      best = tsi_distance(x, y);
       middle = at[d];
     }
   }
@@ -263,7 +255,7 @@ static int turned_corner(int code, int k) {
 
 static int corners_fit(double a[4][3], double b[4][3], int code, double tolerance) {
   for (int k = 0; k < 4; k++)
-    if (!(distance(a[k], b[turned_corner(code, k)]) <= tolerance))
+    if (!(tsi_distance(a[k], b[turned_corner(code, k)]) <= tolerance))
       return 0;
   return 1;
 }
@@ -272,8 +264,7 @@ static void find_corners(const tsi_patch *patch, double corner[4][3]) {
   size_t n0 = (size_t)patch->n[0], n = n0 * (size_t)patch->n[1];
   size_t at[4] = {0, n0 - 1, n - 1, n - n0};
   for (int k = 0; k < 4; k++)
-    for (size_t c = 0; c < 3; c++)
-      corner[k][c] = patch->control[4 * at[k] + c] / patch->control[4 * at[k] + 3];
+    tsi_project_point(patch->control + 4 * at[k], corner[k]);
 }
 
 /* a and b whole, in the first orientation that makes them one surface. 0: no memory. */

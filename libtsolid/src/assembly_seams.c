@@ -27,16 +27,12 @@ typedef struct seam_search {
   double best_distance;
 } seam_search;
 
-static double distance(const double a[3], const double b[3]) {
-  return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
-}
-
 /* Mean distance of the samples, the other walked backwards or not; infinite: ends apart. */
 static double compare_borders(const border_points *a, const border_points *b, int reversed,
                               double tolerance) {
   double sum = 0.0;
   for (int i = 0; i < N_SAMPLES; i++) {
-    double d = distance(a->point[i], b->point[reversed ? N_SAMPLES - 1 - i : i]);
+    double d = tsi_distance(a->point[i], b->point[reversed ? N_SAMPLES - 1 - i : i]);
     if ((i == 0 || i == N_SAMPLES - 1) && d > tolerance)
       return INFINITY;
     sum += d;
@@ -64,7 +60,7 @@ static int visit_border(void *data, int item) {
 static double length_of(const border_points *b) {
   double length = 0.0;
   for (int i = 1; i < N_SAMPLES; i++)
-    length += distance(b->point[i], b->point[i - 1]);
+    length += tsi_distance(b->point[i], b->point[i - 1]);
   return length;
 }
 

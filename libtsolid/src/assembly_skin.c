@@ -183,8 +183,7 @@ static tsolid_status patch_from_elements(tsolid_context *context, tsi_arena *are
 void tsi_skin_point(const tsi_skin *skin, double u, double v, double x[3]) {
   double h[4];
   tsi_patch_evaluate(&skin->patch, u, v, h, NULL);
-  for (int c = 0; c < 3; c++)
-    x[c] = h[c] / h[3];
+  tsi_project_point(h, x);
 }
 
 int tsi_skin_normal(const tsi_skin *skin, double u, double v, double x[3], double normal[3]) {
@@ -345,8 +344,7 @@ static int finish_skin(tsi_arena *arena, const tsolid_patch *source, double tole
   skin->size = hypot(hypot(skin->box[3] - skin->box[0], skin->box[4] - skin->box[1]),
                      skin->box[5] - skin->box[2]);
   for (size_t k = 0; k < 4; k++) {
-    for (size_t c = 0; c < 3; c++)
-      skin->corner[k][c] = patch->control[4 * at[k] + c] / patch->control[4 * at[k] + 3];
+    tsi_project_point(patch->control + 4 * at[k], skin->corner[k]);
     skin->mate[k] = -1;
     tolerance = fmax(tolerance, source ? source->border_tolerance[k] : 0.0);
   }

@@ -78,17 +78,13 @@ static int is_common(const tsi_contact *contact) {
 
 static const int low_corner[4] = {0, 1, 3, 0}, high_corner[4] = {1, 2, 2, 3};
 
-static double distance(const double a[3], const double b[3]) {
-  return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
-}
-
 /* Whether the parameters along both sides of a seam run against each other. */
 static int is_reversed(const tsolid_assembly *assembly, int k, int border) {
   int mate = assembly->skin[k].mate[border];
   const double *low = assembly->skin[k].corner[low_corner[border]];
   const tsi_skin *other = &assembly->skin[mate / 4];
-  return distance(low, other->corner[low_corner[mate % 4]]) >
-         distance(low, other->corner[high_corner[mate % 4]]);
+  return tsi_distance(low, other->corner[low_corner[mate % 4]]) >
+         tsi_distance(low, other->corner[high_corner[mate % 4]]);
 }
 
 /* ---- degrees -----------------------------------------------------------------------------------
@@ -543,8 +539,7 @@ static int open_points(spaces *s, points *p) {
     const double *h = s->draft[k].patch.control;
     double factor = exp(s->draft[k].log_factor);
     for (size_t i = p->first[k]; i < p->first[k + 1]; i++, h += 4) {
-      for (int c = 0; c < 3; c++)
-        p->value[4 * i + (size_t)c] = h[c] / h[3];
+      tsi_project_point(h, p->value + 4 * i);
       p->value[4 * i + 3] = h[3] * factor;
     }
   }
@@ -628,7 +623,7 @@ static int unite_points(spaces *s, points *p) {
     for (size_t i = p->first[k]; i < p->first[k + 1]; i++) {
       const double *to = p->value + 4 * (size_t)p->best[find_root(p->parent, (int)i)];
       double *own = p->value + 4 * i;
-      if (to != own && distance(own, to) <= assembly->skin[k].tolerance &&
+      if (to != own && tsi_distance(own, to) <= assembly->skin[k].tolerance &&
           fabs(own[3] / to[3] - 1.0) <= 1e-8)
         memcpy(own, to, 4 * sizeof *own);
     }

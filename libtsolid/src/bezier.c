@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
  * Six Bezier sides in any numbering and orientation, brought to canonical position. */
 #include "boundary.h"
+#include "vector.h"
 
 static const char stage[] = "boundary";
 
@@ -46,8 +47,7 @@ static void evaluate_side(side_points *from, double s, double t, double x[3]) {
                        h, NULL);
     break;
   }
-  for (int c = 0; c < 3; c++)
-    x[c] = h[c] / h[3];
+  tsi_project_point(h, x);
 }
 
 static void evaluate_border(side_points *from, int b, double x, double point[3]) {
@@ -65,8 +65,7 @@ static void measure_facet(side_points *from, const double origin[3], tsi_facet *
       if (i == 0)
         memcpy(facet->corner[b], point, sizeof point);
       else
-        facet->length[b] +=
-            hypot(hypot(point[0] - previous[0], point[1] - previous[1]), point[2] - previous[2]);
+        facet->length[b] += tsi_distance(point, previous);
       if (i % 4 == 0 && i > 0 && i < N_STEPS)
         memcpy(facet->sample[b][i / 4 - 1], point, sizeof point);
       memcpy(previous, point, sizeof point);

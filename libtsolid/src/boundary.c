@@ -92,11 +92,6 @@ double tsolid_boundary_scale(const tsolid_boundary *boundary) {
 /* ---- patches to facets ------------------------------------------------------------------------
  */
 
-static void project(const double h[4], double x[3]) {
-  for (int c = 0; c < 3; c++)
-    x[c] = h[c] / h[3];
-}
-
 /* With the corners' own coordinates, bit for bit. */
 static void measure_patch(const tsolid_patch *source, const tsi_patch *patch,
                           const double origin[3], tsi_facet *facet) {
@@ -352,7 +347,7 @@ static void find_corner(const tsolid_boundary *boundary, int corner, double x[3]
         h[c] += side->coefficient[(size_t)k * n0 * n1 + at] *
                 boundary->points[4 * (size_t)side->function[k] + c];
   }
-  project(h, x);
+  tsi_project_point(h, x);
 }
 
 static tsolid_status finish_draft(tsolid_context *context, tsi_arena *arena, const tsi_draft *draft,

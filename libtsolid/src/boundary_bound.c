@@ -20,21 +20,12 @@
 
 #include "evaluate.h"
 #include "quadrature.h"
+#include "vector.h"
 
 enum { ISOLINE_SAMPLES = 25, GRID = 7 };
 
 /* ---- hulls -------------------------------------------------------------------------------------
  */
-
-static double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double c[3]) {
-  c[0] = a[1] * b[2] - a[2] * b[1];
-  c[1] = a[2] * b[0] - a[0] * b[2];
-  c[2] = a[0] * b[1] - a[1] * b[0];
-}
 
 static void subtract(const double a[3], const double b[3], double c[3]) {
   for (int i = 0; i < 3; i++)
@@ -42,13 +33,13 @@ static void subtract(const double a[3], const double b[3], double c[3]) {
 }
 
 static double norm(const double a[3]) {
-  return sqrt(dot(a, a));
+  return sqrt(tsi_dot3(a, a));
 }
 
 static double segment_distance(const double a[3], const double b[3]) {
   double d[3], p[3];
   subtract(b, a, d);
-  double length = dot(d, d), t = length > 0.0 ? -dot(a, d) / length : 0.0;
+  double length = tsi_dot3(d, d), t = length > 0.0 ? -tsi_dot3(a, d) / length : 0.0;
   t = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
   for (int i = 0; i < 3; i++)
     p[i] = (1.0 - t) * a[i] + t * b[i];
@@ -62,18 +53,18 @@ static double triangle_distance(const double (*v)[3]) {
   distance = fmin(distance, segment_distance(v[2], v[0]));
   subtract(v[1], v[0], ab);
   subtract(v[2], v[0], ac);
-  cross(ab, ac, n);
-  double area = dot(n, n);
+  tsi_cross3(ab, ac, n);
+  double area = tsi_dot3(n, n);
   if (!(area > 0.0))
     return distance;
   int inside = 1;
   for (int i = 0; i < 3; i++) {
     double edge[3], m[3];
     subtract(v[(i + 1) % 3], v[i], edge);
-    cross(edge, v[i], m); /* -edge x (0 - v): hence <= */
-    inside = inside && dot(m, n) <= 0.0;
+    tsi_cross3(edge, v[i], m); /* -edge x (0 - v): hence <= */
+    inside = inside && tsi_dot3(m, n) <= 0.0;
   }
-  return inside ? fmin(distance, fabs(dot(v[0], n)) / sqrt(area)) : distance;
+  return inside ? fmin(distance, fabs(tsi_dot3(v[0], n)) / sqrt(area)) : distance;
 }
 
 double tsi_hull_distance(int n, const double (*vector)[3]) {
@@ -137,7 +128,7 @@ static double normal_at(const patch_net *net, double x, double y, double point[3
   double leg = fmin(norm(e + 3) / net->degree[0], norm(e + 6) / net->degree[1]);
   make_unit(e + 3, net->size);
   make_unit(e + 6, net->size);
-  cross(e + 3, e + 6, normal);
+  tsi_cross3(e + 3, e + 6, normal);
   int turned = (tsi_side_axis(net->side) == 1) != (net->side & 1);
   for (int i = 0; i < 3; i++) {
     point[i] = e[i];

@@ -47,10 +47,6 @@ void tsi_set_point(tsolid_finding *finding, const double point[3]) {
   memcpy(finding->point, point, 3 * sizeof *point);
 }
 
-double tsi_distance(const double a[3], const double b[3]) {
-  return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
-}
-
 static double max_of(double a, double b) {
   return a > b ? a : b;
 }

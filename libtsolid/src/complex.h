@@ -8,6 +8,7 @@
 #define TSI_COMPLEX_H
 
 #include "cube.h"
+#include "vector.h"
 
 typedef struct tsi_complex {
   tsolid_context *context;
@@ -39,7 +40,6 @@ tsolid_status tsi_complex_orient_outward(tsi_complex *c);
 /* Counts a violation and starts its finding. */
 tsolid_finding tsi_violation(tsi_complex *c, tsolid_entity entity, int k, int part);
 void tsi_set_point(tsolid_finding *finding, const double point[3]);
-double tsi_distance(const double a[3], const double b[3]);
 /* -1, 0, 1: by x, then y, then z. */
 int tsi_compare_points(const double a[3], const double b[3]);
 

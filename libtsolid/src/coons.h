@@ -7,6 +7,7 @@
 #define TSI_COONS_H
 
 #include "patch.h"
+#include "vector.h"
 
 static const char *const TSI_COONS_STAGE = "coons";
 

@@ -153,7 +153,7 @@ static tsolid_status join_corners(tsolid_context *context, tsi_border b[4], doub
     tsi_border *along = &b[tsi_corner_border(k, 0)], *across = &b[tsi_corner_border(k, 1)];
     const double *x = along->point + 3 * (ptrdiff_t)end_row(along, tsi_corner_end(k, 0));
     double *y = across->point + 3 * (ptrdiff_t)end_row(across, tsi_corner_end(k, 1));
-    double gap = hypot(hypot(x[0] - y[0], x[1] - y[1]), x[2] - y[2]);
+    double gap = tsi_distance(x, y);
     report->corner_gap = fmax(report->corner_gap, gap);
     if (!(gap <= tolerance)) {
       tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, TSI_COONS_STAGE);

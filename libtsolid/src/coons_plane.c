@@ -20,18 +20,8 @@ static const double shortest_leg = 1e-12;
 
 /* ---- vectors --------------------------------------------------------------------------------- */
 
-static double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double c[3]) {
-  c[0] = a[1] * b[2] - a[2] * b[1];
-  c[1] = a[2] * b[0] - a[0] * b[2];
-  c[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 static int normalise(double a[3]) {
-  double length = sqrt(dot(a, a));
+  double length = sqrt(tsi_dot3(a, a));
   if (!(length > 0.0) || !isfinite(length))
     return 0;
   for (int c = 0; c < 3; c++)
@@ -41,8 +31,8 @@ static int normalise(double a[3]) {
 
 void tsi_frame_flatten(const tsi_frame *f, const double x[3], double flat[2]) {
   double d[3] = {x[0] - f->origin[0], x[1] - f->origin[1], x[2] - f->origin[2]};
-  flat[0] = dot(d, f->axis[0]);
-  flat[1] = dot(d, f->axis[1]);
+  flat[0] = tsi_dot3(d, f->axis[0]);
+  flat[1] = tsi_dot3(d, f->axis[1]);
 }
 
 void tsi_frame_place(const tsi_frame *f, const double flat[2], double x[3]) {
@@ -141,7 +131,7 @@ static void find_axes(tsi_frame *f) {
   for (int c = 0; c < 3; c++)
     f->axis[0][c] = (c == a ? 1.0 : 0.0) - f->normal[a] * f->normal[c];
   (void)normalise(f->axis[0]);
-  cross(f->normal, f->axis[0], f->axis[1]);
+  tsi_cross3(f->normal, f->axis[0], f->axis[1]);
 }
 
 /* Moves the origin along the normal to the middle of the control points; the farthest of them. */
@@ -154,7 +144,7 @@ static tsolid_status check_plane(tsi_coons_work *w) {
       for (int i = 0; i < w->border[k].curve.n[0]; i++) {
         const double *x = w->border[k].point + 3 * (ptrdiff_t)i;
         double d[3] = {x[0] - f->origin[0], x[1] - f->origin[1], x[2] - f->origin[2]};
-        double h = dot(d, f->normal);
+        double h = tsi_dot3(d, f->normal);
         low = fmin(low, h);
         high = fmax(high, h);
         if (pass && fabs(h) > worst) {

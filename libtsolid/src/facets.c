@@ -1,11 +1,7 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
  * What the check of the cube needs to know of a NURBS patch. */
 #include "boundary.h"
-
-static void project(const double h[4], double x[3]) {
-  for (int c = 0; c < 3; c++)
-    x[c] = h[c] / h[3];
-}
+#include "vector.h"
 
 /* Length of the control polygon of border b. */
 static double measure_border(const tsi_patch *patch, int b) {
@@ -14,10 +10,9 @@ static double measure_border(const tsi_patch *patch, int b) {
   size_t start = b == 1 ? n0 - 1 : b == 2 ? n0 * (n1 - 1) : 0, step = along ? n0 : 1;
   double length = 0.0, previous[3], point[3];
   for (size_t m = 0; m < (size_t)patch->n[along]; m++) {
-    project(patch->control + 4 * (start + m * step), point);
+    tsi_project_point(patch->control + 4 * (start + m * step), point);
     if (m)
-      length +=
-          hypot(hypot(point[0] - previous[0], point[1] - previous[1]), point[2] - previous[2]);
+      length += tsi_distance(point, previous);
     memcpy(previous, point, sizeof previous);
   }
   return length;
@@ -26,14 +21,14 @@ static double measure_border(const tsi_patch *patch, int b) {
 static void evaluate_point(const tsi_patch *patch, double u, double v, double x[3]) {
   double h[4];
   tsi_patch_evaluate(patch, u, v, h, NULL);
-  project(h, x);
+  tsi_project_point(h, x);
 }
 
 void tsi_facet_measure(const tsi_patch *patch, const double origin[3], tsi_facet *facet) {
   size_t n0 = (size_t)patch->n[0], n1 = (size_t)patch->n[1];
   size_t at[4] = {0, n0 - 1, n0 * n1 - 1, n0 * (n1 - 1)};
   for (int b = 0; b < 4; b++) {
-    project(patch->control + 4 * at[b], facet->corner[b]);
+    tsi_project_point(patch->control + 4 * at[b], facet->corner[b]);
     for (int i = 0; i < 3; i++) {
       double x = 0.25 * (i + 1), along = b < 2 ? x : 1.0 - x;
       evaluate_point(patch, b & 1 ? (b == 1 ? 1.0 : 0.0) : along,

@@ -206,10 +206,6 @@ static const double *node_point(const assembler *a, const tsi_bond *bond, int k,
   return part->hex->nodes + 3 * (size_t)(node - part->first_node);
 }
 
-static double apart(const double *x, const double *y) {
-  return hypot(hypot(x[0] - y[0], x[1] - y[1]), x[2] - y[2]);
-}
-
 /* How far apart the nodes of lattice point (i, j) may be: mid nodes by the length of their line. */
 static double allowed(const assembler *a, const tsi_bond *bond, const patch_of_cells *p, int i,
                       int j) {
@@ -219,7 +215,8 @@ static double allowed(const assembler *a, const tsi_bond *bond, const patch_of_c
     return limit;
   int low = bond_node(a, bond, p, 0, i - d[0], j - d[1]),
       high = bond_node(a, bond, p, 0, i + d[0], j + d[1]);
-  return limit + mid_resolution * apart(node_point(a, bond, 0, low), node_point(a, bond, 0, high));
+  return limit +
+         mid_resolution * tsi_distance(node_point(a, bond, 0, low), node_point(a, bond, 0, high));
 }
 
 static tsolid_status share_bond(assembler *a, const tsi_bond *bond) {
@@ -230,7 +227,7 @@ static tsolid_status share_bond(assembler *a, const tsi_bond *bond) {
       int node[2] = {bond_node(a, bond, &p, 0, i, j), bond_node(a, bond, &p, 1, i, j)};
       if (node[0] < 0 || node[1] < 0)
         continue;
-      double off = apart(node_point(a, bond, 0, node[0]), node_point(a, bond, 1, node[1]));
+      double off = tsi_distance(node_point(a, bond, 0, node[0]), node_point(a, bond, 1, node[1]));
       if (!(off <= allowed(a, bond, &p, i, j)))
         worst = fmax(worst, off);
       unite_nodes(a->same, node[0], node[1]);

@@ -220,7 +220,7 @@ static tsolid_status refuse_function(tsolid_context *context, const tsi_shell *s
   tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
   tsi_seam_name(shell, s, name, &finding);
   finding.has_point = 1;
-  tsi_seam_project(shell->control + 4 * (size_t)function, finding.point);
+  tsi_project_point(shell->control + 4 * (size_t)function, finding.point);
   finding.measured = measured;
   finding.allowed = trace_agreement;
   return tsi_report(context, &finding,
@@ -361,7 +361,7 @@ static tsolid_status check_order(tsolid_context *context, tsi_arena *arena, cons
       tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
       tsi_seam_name(shell, s, name, &finding);
       finding.has_point = 1;
-      tsi_seam_project(shell->control + 4 * (size_t)function, finding.point);
+      tsi_project_point(shell->control + 4 * (size_t)function, finding.point);
       finding.measured = off / largest;
       finding.allowed = derivative_agreement;
       return tsi_report(context, &finding,

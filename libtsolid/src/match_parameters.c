@@ -65,7 +65,7 @@ static double measure_gap(const row_pair *pair, double c, double at[3]) {
       double distance = tsi_seam_distance(a, b);
       if (distance > worst) {
         worst = distance;
-        tsi_seam_project(a, at);
+        tsi_project_point(a, at);
       }
     }
   return worst;
@@ -89,7 +89,7 @@ static double find_nearest(const tsi_row *row, int n, const double *sample, cons
   double x[3], h[4];
   int best = 0;
   *distance = INFINITY;
-  tsi_seam_project(point, x);
+  tsi_project_point(point, x);
   for (int i = 0; i < n; i++) {
     tsi_row_evaluate(row, sample[i], h, NULL);
     double found = tsi_seam_distance(h, point);

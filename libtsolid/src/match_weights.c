@@ -229,7 +229,7 @@ static tsolid_status check_products(tsolid_context *context, const tsi_shell *sh
   tsi_seam_name(shell, s, name, &finding);
   tsi_row_evaluate(&row[0], at, h, NULL);
   finding.has_point = 1;
-  tsi_seam_project(h, finding.point);
+  tsi_project_point(h, finding.point);
   finding.measured = misfit;
   finding.allowed = weight_agreement;
   return tsi_report(context, &finding,
@@ -407,7 +407,7 @@ static tsolid_status check_factors(tsolid_context *context, const tsi_shell *she
   tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
   tsi_seam_name(shell, s, name, &finding);
   finding.has_point = 1;
-  tsi_seam_project(tsi_seam_point(shell, s, 0, at), finding.point);
+  tsi_project_point(tsi_seam_point(shell, s, 0, at), finding.point);
   finding.measured = worst;
   finding.allowed = weight_agreement;
   return tsi_report(context, &finding,

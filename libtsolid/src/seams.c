@@ -137,16 +137,11 @@ int tsi_row_samples(const tsi_row *row, double *sample) {
   return n + 1;
 }
 
-void tsi_seam_project(const double h[4], double x[3]) {
-  for (int c = 0; c < 3; c++)
-    x[c] = h[c] / h[3];
-}
-
 double tsi_seam_distance(const double a[4], const double b[4]) {
   double x[3], y[3];
-  tsi_seam_project(a, x);
-  tsi_seam_project(b, y);
-  return hypot(hypot(x[0] - y[0], x[1] - y[1]), x[2] - y[2]);
+  tsi_project_point(a, x);
+  tsi_project_point(b, y);
+  return tsi_distance(x, y);
 }
 
 /* ---- names and tolerances ---------------------------------------------------------------------

@@ -5,6 +5,7 @@
 #define TSI_SEAMS_H
 
 #include "boundary.h"
+#include "vector.h"
 
 /* Direction `along` of patch p at the `end` of the other one, twice: both rows run alike. */
 typedef struct tsi_seam {
@@ -50,8 +51,7 @@ void tsi_row_evaluate(const tsi_row *row, double t, double point[4], double *der
  * `sample` (NULL allowed) has room for them. */
 int tsi_row_samples(const tsi_row *row, double *sample);
 
-/* Euclidean point, and the distance of two homogeneous ones. */
-void tsi_seam_project(const double h[4], double x[3]);
+/* Of two homogeneous points. */
 double tsi_seam_distance(const double a[4], const double b[4]);
 
 /* Positive numbers of which only ratios are known: a forest of logarithms. */

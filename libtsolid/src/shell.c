@@ -246,7 +246,7 @@ static tsolid_status refuse_gap(tsolid_context *context, const tsi_shell *shell,
   tsolid_finding finding = tsi_finding(TSOLID_ERROR, TSOLID_ERROR_REFUSED, stage);
   tsi_seam_name(shell, s, name, &finding);
   finding.has_point = 1;
-  tsi_seam_project(tsi_seam_point(shell, s, 0, m), finding.point);
+  tsi_project_point(tsi_seam_point(shell, s, 0, m), finding.point);
   finding.measured = distance;
   finding.allowed = tsi_seam_tolerance(shell, s);
   return tsi_report(context, &finding,

@@ -8,6 +8,7 @@
 #include <stdio.h>
 
 #include "surface_cube.h"
+#include "vector.h"
 
 static const char stage[] = "boundary";
 
@@ -33,8 +34,7 @@ static int corner_point(const struct tsolid_surface *s, int f, int corner, doubl
   for (int k = s->function_start[best]; k < s->function_start[best + 1]; k++)
     for (size_t c = 0; c < 4; c++)
       h[c] += s->coefficient[(size_t)k * n * n + at] * s->points[4 * (size_t)s->function[k] + c];
-  for (int c = 0; c < 3; c++)
-    point[c] = h[c] / h[3];
+  tsi_project_point(h, point);
   return isfinite(point[0]) && isfinite(point[1]) && isfinite(point[2]);
 }
 
