@@ -42,6 +42,30 @@ const tsolid_boundary_input *tsolid_assembly_boundary_input(const tsolid_assembl
   return input->patches ? input : NULL;
 }
 
+int tsi_share_frame(const tsolid_assembly *assembly, const tsolid_interface *view) {
+  const tsi_member *a = &assembly->part[view->part[0]], *b = &assembly->part[view->part[1]];
+  return a->prototype == view->part[0] && b->prototype == view->part[1] &&
+         memcmp(a->placement, b->placement, sizeof a->placement) == 0;
+}
+
+int tsi_is_watertight(const tsolid_interface *view) {
+  return view->kind <= TSOLID_CONTACT_PARTIAL && !view->same_side;
+}
+
+int tsi_in_box(const double box[6], const double x[3], double margin) {
+  for (int c = 0; c < 3; c++)
+    if (x[c] < box[c] - margin || x[c] > box[3 + c] + margin)
+      return 0;
+  return 1;
+}
+
+void tsi_place_point(const double m[12], double x[3]) {
+  double y[3];
+  for (int c = 0; c < 3; c++)
+    y[c] = m[4 * c] * x[0] + m[4 * c + 1] * x[1] + m[4 * c + 2] * x[2] + m[4 * c + 3];
+  memcpy(x, y, sizeof y);
+}
+
 /* ---- pairs -------------------------------------------------------------------------------------
  */
 

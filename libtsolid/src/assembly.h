@@ -84,14 +84,24 @@ struct tsolid_assembly {
   tsolid_boundary_input *prepared; /* per part; patches NULL: as given */
 };
 
+/* ---- assembly.c: small questions ---------------------------------------------------------------
+ */
+
+/* In one frame: both parts of a contact are their own prototypes and placed alike. */
+int tsi_share_frame(const tsolid_assembly *assembly, const tsolid_interface *view);
+/* Exact, geometric or partial, from opposite sides. */
+int tsi_is_watertight(const tsolid_interface *view);
+/* Within the box widened by the margin. */
+int tsi_in_box(const double box[6], const double x[3], double margin);
+/* x by the rows of a 3 x 4 matrix. */
+void tsi_place_point(const double placement[12], double x[3]);
+
 /* ---- assembly_skin.c --------------------------------------------------------------------------
  */
 
 /* Reads all parts; a part that cannot be read keeps its status and has no skins. */
 tsolid_status tsi_assembly_read(tsolid_context *context, tsolid_assembly *assembly,
                                 const tsolid_assembly_input *input);
-/* The border of a skin from corner to corner: parameters of the point at x in [0,1]. */
-void tsi_border_point(int border, double x, double uv[2]);
 void tsi_skin_point(const tsi_skin *skin, double u, double v, double x[3]);
 /* Unit normal, outward where that is known; 0: it vanishes there. */
 int tsi_skin_normal(const tsi_skin *skin, double u, double v, double x[3], double normal[3]);

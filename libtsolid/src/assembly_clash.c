@@ -28,13 +28,6 @@ typedef struct clash_search {
   tsolid_status status;
 } clash_search;
 
-static int in_box(const double box[6], const double x[3], double margin) {
-  for (int c = 0; c < 3; c++)
-    if (x[c] < box[c] - margin || x[c] > box[3 + c] + margin)
-      return 0;
-  return 1;
-}
-
 static double box_distance(const double box[6], const double x[3]) {
   double sum = 0.0;
   for (int c = 0; c < 3; c++) {
@@ -75,9 +68,9 @@ static void probe_skin(const tsolid_assembly *assembly, int k, const tsi_member 
     int behind;
     tsi_skin_point(skin, (double)(i % N_GRID) / (N_GRID - 1), (double)(i / N_GRID) / (N_GRID - 1),
                    x);
-    if (!in_box(other->box, x, tolerance))
+    if (!tsi_in_box(other->box, x, tolerance))
       found->n_outside++;
-    if (!in_box(other->box, x, -tolerance))
+    if (!tsi_in_box(other->box, x, -tolerance))
       continue;
     int inside = tsi_inside(other, x);
     if (!inside) {

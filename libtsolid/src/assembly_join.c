@@ -292,12 +292,6 @@ static int compare_sides(const atlas pieces[2], const sorted_net *net, tsi_arena
 /* ---- records -----------------------------------------------------------------------------------
  */
 
-static int share_frame(const tsolid_assembly *assembly, const tsolid_interface *view) {
-  const tsi_member *a = &assembly->part[view->part[0]], *b = &assembly->part[view->part[1]];
-  return a->prototype == view->part[0] && b->prototype == view->part[1] &&
-         memcmp(a->placement, b->placement, sizeof a->placement) == 0;
-}
-
 /* A side's net in the contact's orientation; n[0] = 0 where the part has no prepared input. */
 static int read_net(const tsolid_assembly *assembly, const tsolid_interface *view, int side,
                     tsi_arena *work, tsi_arena *arena, tsi_patch *net) {
@@ -322,12 +316,8 @@ static int read_net(const tsolid_assembly *assembly, const tsolid_interface *vie
 }
 
 static void place_point(const tsi_member *part, double x[3]) {
-  const double *m = part->placement;
-  double y[3];
-  for (int c = 0; c < 3; c++)
-    y[c] = m[4 * c] * x[0] + m[4 * c + 1] * x[1] + m[4 * c + 2] * x[2] + m[4 * c + 3];
   if (part->placed)
-    memcpy(x, y, sizeof y);
+    tsi_place_point(part->placement, x);
 }
 
 /* ---- gaps --------------------------------------------------------------------------------------
@@ -336,9 +326,7 @@ static void place_point(const tsi_member *part, double x[3]) {
 static void evaluate_record(const tsolid_assembly *assembly, int k, int side, double s, double t,
                             double x[3]) {
   const tsi_record *record = &assembly->record[k];
-  double h[4];
-  tsi_patch_evaluate(&record->net[record->net[1].n[0] ? side : 0], s, t, h, NULL);
-  tsi_project_point(h, x);
+  tsi_patch_point(&record->net[record->net[1].n[0] ? side : 0], s, t, x);
   place_point(&assembly->part[assembly->contact[k].view.part[side]], x);
 }
 
@@ -454,7 +442,7 @@ static tsolid_status compare_contact(tsolid_context *context, const tsolid_assem
                                      tsi_arena *work) {
   tsolid_interface *view = &to->contact[k].view;
   tsi_record *record = &to->record[k];
-  int one_frame = share_frame(from, view);
+  int one_frame = tsi_share_frame(from, view);
   findings found = {1, one_frame, 0};
   for (int side = 0; side < 2 - one_frame; side++)
     if (!read_net(from, view, side, work, &to->arena, &record->net[side]))
@@ -494,7 +482,7 @@ static tsolid_status join_contact(tsolid_context *context, const tsolid_assembly
   tsi_arena work = tsi_arena_create(context);
   atlas pieces[2] = {{.n = 0}, {.n = 0}};
   tsolid_status status = TSOLID_OK;
-  int common = view->kind <= TSOLID_CONTACT_PARTIAL && !view->same_side;
+  int common = tsi_is_watertight(view);
   for (int side = 0; side < 2 && common && !status; side++)
     if (solid[view->part[side]] &&
         !open_atlas(&work, view, side, solid[view->part[side]], &pieces[side]))

@@ -152,13 +152,11 @@ static double find_middle(const tsi_patch *a, const tsi_patch *b, int d, int end
   double at[2];
   at[d] = 0.5;
   at[1 - d] = end;
-  tsi_patch_evaluate(a, at[0], at[1], h, NULL);
-  tsi_project_point(h, x);
+  tsi_patch_point(a, at[0], at[1], x);
   double best = INFINITY, middle = 0.5;
   for (int i = 0; i <= 16; i++) {
     at[d] = i / 16.0;
-    tsi_patch_evaluate(b, at[0], at[1], h, NULL);
-    tsi_project_point(h, y);
+    tsi_patch_point(b, at[0], at[1], y);
     if (tsi_distance(x, y) < best) {
       best = tsi_distance(x, y);
       middle = at[d];
@@ -365,13 +363,6 @@ int tsi_patch_restrict(tsi_arena *arena, const tsi_patch *from, const double box
   return 1;
 }
 
-static int in_box(const double box[6], const double x[3], double margin) {
-  for (int c = 0; c < 3; c++)
-    if (x[c] < box[c] - margin || x[c] > box[3 + c] + margin)
-      return 0;
-  return 1;
-}
-
 /* A clean number where one is near: both sides of a cut should say the same. */
 static double tidy(double x) {
   double fine = ldexp(round(ldexp(x, 20)), -20);
@@ -393,7 +384,7 @@ static int sample_border(const tsi_skin *a, const tsi_skin *b, int e, double tol
     tsi_foot foot;
     tsi_border_point(e, x, uv);
     tsi_skin_point(b, uv[0], uv[1], point);
-    if (!in_box(a->box, point, tolerance))
+    if (!tsi_in_box(a->box, point, tolerance))
       continue;
     seen[0] = fmin(seen[0], x - width / (N_SAMPLES - 1));
     seen[1] = fmax(seen[1], x + width / (N_SAMPLES - 1));
@@ -541,7 +532,7 @@ static int match_part(tsi_arena *arena, const tsi_skin *a, const tsi_skin *b, do
     double box[2][4] = {{u[0], u[1], v[0], v[1]}, {0.0, 0.0, 0.0, 0.0}}, x[3];
     tsi_foot foot;
     tsi_skin_point(a, 0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1]), x);
-    if (!in_box(b->box, x, tolerance))
+    if (!tsi_in_box(b->box, x, tolerance))
       continue;
     tsi_foot_find(b, x, NULL, &foot);
     if (foot.distance > tolerance || !find_other_box(a, b, box[0], tolerance, box[1]))
@@ -597,7 +588,7 @@ static int cell_lies_on(const tsi_skin *from, const tsi_skin *to, const double c
     tsi_foot foot;
     tsi_skin_point(from, cell[0] + at[k % 3] * (cell[1] - cell[0]),
                    cell[2] + at[k / 3] * (cell[3] - cell[2]), x);
-    if (!in_box(to->box, x, tolerance))
+    if (!tsi_in_box(to->box, x, tolerance))
       return 0;
     tsi_foot_find(to, x, NULL, &foot);
     if (foot.distance > tolerance)

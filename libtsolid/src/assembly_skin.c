@@ -181,25 +181,12 @@ static tsolid_status patch_from_elements(tsolid_context *context, tsi_arena *are
  */
 
 void tsi_skin_point(const tsi_skin *skin, double u, double v, double x[3]) {
-  double h[4];
-  tsi_patch_evaluate(&skin->patch, u, v, h, NULL);
-  tsi_project_point(h, x);
+  tsi_patch_point(&skin->patch, u, v, x);
 }
 
 int tsi_skin_normal(const tsi_skin *skin, double u, double v, double x[3], double normal[3]) {
-  double h[4], d[2][4], t[2][3], length = 0.0;
-  tsi_patch_evaluate(&skin->patch, u, v, h, d);
-  for (int c = 0; c < 3; c++) {
-    x[c] = h[c] / h[3];
-    for (int k = 0; k < 2; k++)
-      t[k][c] = (d[k][c] - x[c] * d[k][3]) / h[3];
-  }
-  for (int c = 0; c < 3; c++) {
-    int a = (c + 1) % 3, b = (c + 2) % 3;
-    normal[c] = t[0][a] * t[1][b] - t[0][b] * t[1][a];
-    length += normal[c] * normal[c];
-  }
-  length = sqrt(length) * (skin->outward < 0 ? -1.0 : 1.0);
+  tsi_patch_normal(&skin->patch, u, v, x, normal);
+  double length = sqrt(tsi_dot3(normal, normal)) * (skin->outward < 0 ? -1.0 : 1.0);
   for (int c = 0; c < 3; c++)
     normal[c] /= length;
   return fabs(length) > 1e-14 * skin->size * skin->size;
@@ -210,12 +197,6 @@ double tsi_skin_angle(const tsi_skin *a, const tsi_skin *b) {
   for (int c = 0; c < 3; c++)
     cosine += a->mean[c] * b->mean[c];
   return fmax(0.0, acos(fmin(fabs(cosine), 1.0)) - a->cone - b->cone);
-}
-
-void tsi_border_point(int border, double x, double uv[2]) {
-  double along = border < 2 ? x : 1.0 - x;
-  uv[0] = border & 1 ? (border == 1 ? 1.0 : 0.0) : along;
-  uv[1] = border & 1 ? along : (border == 2 ? 1.0 : 0.0);
 }
 
 /* Largest second difference of the control points that rule a span in direction d. */

@@ -69,8 +69,8 @@ static int origin_of(const tsolid_assembly *assembly, int skin) {
 
 static int is_common(const tsi_contact *contact) {
   const tsolid_interface *v = &contact->view;
-  return v->kind <= TSOLID_CONTACT_PARTIAL && !v->same_side && v->part[0] != v->part[1] &&
-         v->moebius[0] == 1.0 && v->moebius[1] == 1.0;
+  return tsi_is_watertight(v) && v->part[0] != v->part[1] && v->moebius[0] == 1.0 &&
+         v->moebius[1] == 1.0;
 }
 
 /* ---- seams -------------------------------------------------------------------------------------
@@ -259,9 +259,8 @@ static void settle_corner(spaces *s, int k, int corner) {
 /* The parameter of x along a border of the skin; 0: x is not on it. */
 static int find_on_border(const tsi_skin *skin, int border, const double x[3], double *at) {
   tsi_foot foot;
-  for (int c = 0; c < 3; c++)
-    if (x[c] < skin->box[c] - skin->tolerance || x[c] > skin->box[3 + c] + skin->tolerance)
-      return 0;
+  if (!tsi_in_box(skin->box, x, skin->tolerance))
+    return 0;
   tsi_foot_find(skin, x, NULL, &foot);
   double across = foot.uv[1 - (border & 1)], end = border == 1 || border == 2 ? 1.0 : 0.0;
   *at = foot.uv[border & 1];
@@ -548,16 +547,9 @@ static int open_points(spaces *s, points *p) {
   return 1;
 }
 
-/* In one frame: both parts are their own prototypes and placed alike. */
-static int share_frame(const tsolid_assembly *assembly, const tsi_contact *c) {
-  const tsi_member *a = &assembly->part[c->view.part[0]], *b = &assembly->part[c->view.part[1]];
-  return a->prototype == c->view.part[0] && b->prototype == c->view.part[1] &&
-         memcmp(a->placement, b->placement, sizeof a->placement) == 0;
-}
-
 static void join_contact(const spaces *s, const points *p, const tsi_contact *c) {
   pairing pairs;
-  if (!is_common(c) || !share_frame(s->assembly, c) || !pair_contact(s, c, &pairs))
+  if (!is_common(c) || !tsi_share_frame(s->assembly, &c->view) || !pair_contact(s, c, &pairs))
     return;
   for (int j = 0; j < pairs.n[1]; j++)
     for (int i = 0; i < pairs.n[0]; i++) {

@@ -30,21 +30,13 @@ static void add_span(const tsi_patch *patch, const double span[4], const double 
                      tsi_sum *area, tsi_sum *flux) {
   for (int j = 0; j < n[1]; j++)
     for (int i = 0; i < n[0]; i++) {
-      double h[4], d[2][4], t[2][3], p[3], normal[3], dot = 0.0;
+      double p[3], normal[3], dot = 0.0;
       double u = span[0] + x[0][i] * (span[1] - span[0]);
       double v = span[2] + x[1][j] * (span[3] - span[2]);
       double weight = w[0][i] * w[1][j] * (span[1] - span[0]) * (span[3] - span[2]);
-      tsi_patch_evaluate(patch, u, v, h, d);
-      for (int c = 0; c < 3; c++) {
-        p[c] = h[c] / h[3];
-        for (int k = 0; k < 2; k++)
-          t[k][c] = (d[k][c] - p[c] * d[k][3]) / h[3];
-      }
-      for (int c = 0; c < 3; c++) {
-        int a = (c + 1) % 3, b = (c + 2) % 3;
-        normal[c] = t[0][a] * t[1][b] - t[0][b] * t[1][a];
+      tsi_patch_normal(patch, u, v, p, normal);
+      for (int c = 0; c < 3; c++)
         dot += (p[c] - origin[c]) * normal[c];
-      }
       tsi_sum_add(area, weight * hypot(hypot(normal[0], normal[1]), normal[2]));
       tsi_sum_add(flux, weight * dot / 3.0);
     }
@@ -76,10 +68,6 @@ static void measure_box(const tsi_patch *patch, const double box[4], const doubl
 
 /* ---- free rectangles ---------------------------------------------------------------------------
  */
-
-static int is_watertight(const tsi_contact *contact) {
-  return contact->view.kind <= TSOLID_CONTACT_PARTIAL && !contact->view.same_side;
-}
 
 /* Contacts by skin: entries start[k] .. start[k+1]-1 of list, 2 * contact + side. */
 typedef struct contact_index {
@@ -117,7 +105,7 @@ static void measure_free(const tsolid_assembly *assembly, const contact_index *i
     line[d][n[d]++] = 1.0;
     for (int i = index->start[k]; i < index->start[k + 1]; i++) {
       const tsi_contact *contact = &assembly->contact[index->list[i] / 2];
-      if (!is_watertight(contact))
+      if (!tsi_is_watertight(&contact->view))
         continue;
       line[d][n[d]++] = contact->view.box[index->list[i] % 2][2 * d];
       line[d][n[d]++] = contact->view.box[index->list[i] % 2][2 * d + 1];
@@ -132,7 +120,7 @@ static void measure_free(const tsolid_assembly *assembly, const contact_index *i
       for (int m = index->start[k]; m < index->start[k + 1] && !covered; m++) {
         const tsi_contact *contact = &assembly->contact[index->list[m] / 2];
         const double *c = contact->view.box[index->list[m] % 2];
-        covered = is_watertight(contact) && middle[0] > c[0] && middle[0] < c[1] &&
+        covered = tsi_is_watertight(&contact->view) && middle[0] > c[0] && middle[0] < c[1] &&
                   middle[1] > c[2] && middle[1] < c[3];
       }
       if (covered)
@@ -200,7 +188,7 @@ static tsolid_status count_groups(tsolid_context *context, const tsolid_assembly
   for (int k = 0; k < assembly->n_parts; k++)
     parent[k] = k;
   for (int k = 0; k < assembly->n_contacts; k++)
-    if (is_watertight(&assembly->contact[k]))
+    if (tsi_is_watertight(&assembly->contact[k].view))
       parent[find_root(parent, assembly->contact[k].view.part[0])] =
           find_root(parent, assembly->contact[k].view.part[1]);
   for (int k = 0; k < assembly->n_parts; k++)

@@ -51,9 +51,9 @@ static void evaluate_side(side_points *from, double s, double t, double x[3]) {
 }
 
 static void evaluate_border(side_points *from, int b, double x, double point[3]) {
-  double along = b < 2 ? x : 1.0 - x;
-  evaluate_side(from, b & 1 ? (b == 1 ? 1.0 : 0.0) : along, b & 1 ? along : (b == 2 ? 1.0 : 0.0),
-                point);
+  double uv[2];
+  tsi_border_point(b, x, uv);
+  evaluate_side(from, uv[0], uv[1], point);
 }
 
 static void measure_facet(side_points *from, const double origin[3], tsi_facet *facet) {

@@ -18,25 +18,19 @@ static double measure_border(const tsi_patch *patch, int b) {
   return length;
 }
 
-static void evaluate_point(const tsi_patch *patch, double u, double v, double x[3]) {
-  double h[4];
-  tsi_patch_evaluate(patch, u, v, h, NULL);
-  tsi_project_point(h, x);
-}
-
 void tsi_facet_measure(const tsi_patch *patch, const double origin[3], tsi_facet *facet) {
   size_t n0 = (size_t)patch->n[0], n1 = (size_t)patch->n[1];
   size_t at[4] = {0, n0 - 1, n0 * n1 - 1, n0 * (n1 - 1)};
   for (int b = 0; b < 4; b++) {
     tsi_project_point(patch->control + 4 * at[b], facet->corner[b]);
     for (int i = 0; i < 3; i++) {
-      double x = 0.25 * (i + 1), along = b < 2 ? x : 1.0 - x;
-      evaluate_point(patch, b & 1 ? (b == 1 ? 1.0 : 0.0) : along,
-                     b & 1 ? along : (b == 2 ? 1.0 : 0.0), facet->sample[b][i]);
+      double uv[2];
+      tsi_border_point(b, 0.25 * (i + 1), uv);
+      tsi_patch_point(patch, uv[0], uv[1], facet->sample[b][i]);
     }
     facet->length[b] = measure_border(patch, b);
   }
-  evaluate_point(patch, 0.5, 0.5, facet->centre);
+  tsi_patch_point(patch, 0.5, 0.5, facet->centre);
   tsi_patch_measure(patch, origin, &facet->area, &facet->flux);
 }
 

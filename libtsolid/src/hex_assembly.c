@@ -64,7 +64,7 @@ static tsolid_status collect_bonds(assembler *a) {
     const tsolid_interface *view = &a->assembly->contact[k].view;
     int n = 0;
     tsi_bond *list = NULL;
-    if (view->kind <= TSOLID_CONTACT_PARTIAL && view->same_functions == 1 && !view->same_side) {
+    if (tsi_is_watertight(view) && view->same_functions == 1) {
       tsolid_status status =
           tsi_contact_bonds(a->context, a->arena, a->assembly, k, a->solid, &n, &list);
       if (status)
@@ -106,15 +106,6 @@ static tsolid_status count_elements(const assembler *a, int max_elements) {
   return TSOLID_OK;
 }
 
-static void place_nodes(const double *m, tsolid_hex *hex) {
-  for (int k = 0; k < hex->n_nodes; k++) {
-    double *x = hex->nodes + 3 * (size_t)k, y[3];
-    for (int c = 0; c < 3; c++)
-      y[c] = m[4 * c] * x[0] + m[4 * c + 1] * x[1] + m[4 * c + 2] * x[2] + m[4 * c + 3];
-    memcpy(x, y, sizeof y);
-  }
-}
-
 static tsolid_status mesh_parts(assembler *a) {
   for (int k = 0; k < a->n_parts; k++) {
     mesh_part *part = &a->part[k];
@@ -123,8 +114,8 @@ static tsolid_status mesh_parts(assembler *a) {
                                          &member->lines, &part->surface, &part->hex);
     if (status)
       return status;
-    if (part->placement)
-      place_nodes(part->placement, part->hex);
+    for (int i = 0; part->placement && i < part->hex->n_nodes; i++)
+      tsi_place_point(part->placement, part->hex->nodes + 3 * (size_t)i);
     for (int d = 0; d < 3; d++)
       part->n[d] = (size_t)(a->order * member->lines.n[d] + 1);
     part->first_node = a->n_nodes;

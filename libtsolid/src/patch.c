@@ -2,6 +2,7 @@
 #include <stdio.h>
 
 #include "bspline.h"
+#include "vector.h"
 #include "patch.h"
 
 static const char stage[] = "boundary";
@@ -341,6 +342,12 @@ void tsi_patch_evaluate(const tsi_patch *patch, double u, double v, double point
     }
 }
 
+void tsi_border_point(int border, double x, double uv[2]) {
+  double along = border < 2 ? x : 1.0 - x;
+  uv[0] = border & 1 ? (border == 1 ? 1.0 : 0.0) : along;
+  uv[1] = border & 1 ? along : (border == 2 ? 1.0 : 0.0);
+}
+
 /* Gauss-Legendre points and weights on [0,1], by Newton's method. */
 static void find_gauss(int n, double *x, double *w) {
   const double pi = 3.14159265358979323846;
@@ -364,8 +371,13 @@ static void find_gauss(int n, double *x, double *w) {
   }
 }
 
-/* Normal x_u x x_v and point x of the rational surface. */
-static void find_normal(const tsi_patch *patch, double u, double v, double x[3], double normal[3]) {
+void tsi_patch_point(const tsi_patch *patch, double u, double v, double x[3]) {
+  double h[4];
+  tsi_patch_evaluate(patch, u, v, h, NULL);
+  tsi_project_point(h, x);
+}
+
+void tsi_patch_normal(const tsi_patch *patch, double u, double v, double x[3], double normal[3]) {
   double h[4], d[2][4], t[2][3];
   tsi_patch_evaluate(patch, u, v, h, d);
   for (int c = 0; c < 3; c++) {
@@ -373,10 +385,7 @@ static void find_normal(const tsi_patch *patch, double u, double v, double x[3],
     for (int k = 0; k < 2; k++)
       t[k][c] = (d[k][c] - x[c] * d[k][3]) / h[3];
   }
-  for (int c = 0; c < 3; c++) {
-    int a = (c + 1) % 3, b = (c + 2) % 3;
-    normal[c] = t[0][a] * t[1][b] - t[0][b] * t[1][a];
-  }
+  tsi_cross3(t[0], t[1], normal);
 }
 
 void tsi_patch_measure(const tsi_patch *patch, const double origin[3], double *area, double *flux) {
@@ -399,7 +408,7 @@ void tsi_patch_measure(const tsi_patch *patch, const double origin[3], double *a
       for (int b = 0; b < n[1]; b++)
         for (int a = 0; a < n[0]; a++) {
           double weight = w[0][a] * w[1][b] * du * dv;
-          find_normal(patch, u0 + x[0][a] * du, v0 + x[1][b] * dv, at, normal);
+          tsi_patch_normal(patch, u0 + x[0][a] * du, v0 + x[1][b] * dv, at, normal);
           *area += weight * hypot(hypot(normal[0], normal[1]), normal[2]);
           for (int c = 0; c < 3; c++)
             *flux += weight * (at[c] - origin[c]) * normal[c] / 3.0;

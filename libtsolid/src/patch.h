@@ -47,6 +47,11 @@ int tsi_patch_reparametrise(tsi_patch *patch, int along, double c);
 /* Homogeneous point, and first derivatives in u and v unless `d` is NULL: rows of 4. */
 void tsi_patch_evaluate(const tsi_patch *patch, double u, double v, double point[4],
                         double d[2][4]);
+/* Euclidean point, and the normal x_u x x_v there, not of unit length. */
+void tsi_patch_point(const tsi_patch *patch, double u, double v, double x[3]);
+void tsi_patch_normal(const tsi_patch *patch, double u, double v, double x[3], double normal[3]);
+/* The border of a patch from corner to corner: parameters of the point at x in [0,1]. */
+void tsi_border_point(int border, double x, double uv[2]);
 /* Area, and flux of (x - origin)/3 through the patch with normal x_u x x_v, by Gauss quadrature on
  * every pair of spans (for polynomial patches exact up to round-off for the flux). */
 void tsi_patch_measure(const tsi_patch *patch, const double origin[3], double *area, double *flux);
