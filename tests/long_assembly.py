@@ -48,6 +48,7 @@ class LongTest(AssemblyCase):
                 run, report = self.build(parts)
                 self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
                 self.assertEqual(report["verdict"], "watertight")
+                self.assertEqual(len(report["interfaces"]), sum(EXPECTED[name][1].values()))
                 for contact in report["interfaces"]:
                     self.assertIsNotNone(contact["same_functions"])
                     self.assertLess(contact["gap_after"], 1e-11 * UNIT)

@@ -132,6 +132,7 @@ class AssemblyTest(AssemblyCase):
                      for part, patches in ASSEMBLIES[name]().items()}
             run, report = self.build(parts)
             self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+            self.assertEqual(len(report["interfaces"]), sum(EXPECTED[name][1].values()))
             for contact in report["interfaces"]:
                 self.assertTrue(contact["same_functions"] and contact["same_bits"], contact)
                 self.assertEqual(contact["gap_after"], 0)

@@ -183,7 +183,7 @@ static flat_loop random_loop(int rational) {
 
 static void test_random(tsolid_context *context) {
   static const double place[3][4] = {{0, 0, 0, 1}, {3, -7, 2, 5}, {4e5, -3e5, 7e5, 1}};
-  int n_ok = 0, n_linear = 0;
+  int n_ok = 0, n_linear = 0, n_same = 0;
   for (int i = 0; i < 40; i++) {
     tsi_arena arena = tsi_arena_create(context);
     flat_loop loop = random_loop(i % 2);
@@ -203,7 +203,7 @@ static void test_random(tsolid_context *context) {
         const flat_curve *a = &loop.border[k], *b = &loop.border[k ^ 2];
         if (a->degree >= b->degree && a->n - a->degree == 1 && b->n - b->degree == 1 &&
             m.report.linear_border != k && !m.report.repaired && m.patch.degree[k & 1] == a->degree)
-          CHECK(same_bits(&m, &loop, k));
+          n_same += CHECK(same_bits(&m, &loop, k));
       }
     }
     tsolid_coons_free(m.coons);
@@ -211,6 +211,7 @@ static void test_random(tsolid_context *context) {
   }
   CHECK(n_ok >= 36);
   CHECK(n_linear >= 10);
+  CHECK(n_same >= 5);
 }
 
 /* ---- arcs --------------------------------------------------------------------------------------
@@ -406,7 +407,7 @@ static void test_meetings(tsolid_context *context) {
   bad.border[2] = FLAT_LINE(0, 1, 0.5, 1e-9, 1, 1);
   tsi_arena arena = tsi_arena_create(context);
   made m = make(context, &arena, &bad, NULL);
-  CHECK(m.status == TSOLID_OK || strstr(tsolid_context_finding(context, 0)->text, "patch between"));
+  CHECK(m.coons && sample_worst(&m.read, m.report.normal, 8) > 0.0);
   tsolid_coons_free(m.coons);
   tsi_arena_free(&arena);
   bad.border[2] = FLAT_LINE(0, 1, 0.6, 0.6, 0.6, 0.8, 0.4, 0.6, 1, 1);

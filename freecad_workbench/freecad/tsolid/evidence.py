@@ -12,9 +12,9 @@ import FreeCAD
 import Part
 
 from .binding import Cancelled
+from .header import Status
 from .intake_patches import N_SAMPLES, SEED
 from .intake_shell import CAP, PLANAR
-from .header import Status
 
 _RELATIVE = 1e-12  # of the scale
 _ROUND_OFF = 2.0**-53
