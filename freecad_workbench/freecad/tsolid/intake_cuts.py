@@ -17,8 +17,8 @@ FLAT = math.radians(10.0)  # a straight border's vertex turning by less is no co
 CURVED = math.radians(5.0)  # an edge turning by less is taken for straight
 # Two curves that only nearly pass into each other (arcs after a file format, say) make a bad
 # corner: one of 180 degrees and a little more cannot be filled. A point inside a smooth curve can.
-# Splines closed by a loft or a sweep meet less well than their end tangents may show.
-TANGENT, TANGENT_SPLINES, NEARLY = 1e-12, 1e-13, 1e-5
+# Where splines meet, round-off alone would tell the two apart, and differently after a file.
+TANGENT, NEARLY = 1e-12, 1e-5
 N_TURN = 256  # tangents per edge by which its turning is measured
 
 
@@ -95,11 +95,12 @@ def turning(edge, a, b):
 
 class Corner:
     """A vertex of a free face's loop: the interior angle, and whether its edges are curved.
-    tangent: up to which difference from 180 degrees they pass into each other."""
+    splines: it is where splines end, so it may be smooth or not, by round-off."""
 
-    def __init__(self, node, angle, curved, tangent=TANGENT):
+    def __init__(self, node, angle, curved, splines):
         self.node, self.angle, self.curved = node, angle, curved
-        self.nearly_smooth = tangent < abs(angle - math.pi) < NEARLY
+        bend = abs(angle - math.pi)
+        self.nearly_smooth = bend < NEARLY and (splines or bend > TANGENT)
 
 
 def plane_normal(face):
@@ -142,13 +143,26 @@ def corners_of(face):
     normal, out = plane_normal(face), []
     arcs = arcs_of(face)
     for before, after in zip(arcs[-1:] + arcs[:-1], arcs):
-        come = before[0].tangent(_ends(before)[1]) * (1.0 if before[2] else -1.0)
-        go = after[0].tangent(_ends(after)[0]) * (1.0 if after[2] else -1.0)
+        come = _tangent(before[0], _ends(before)[1]) * (1.0 if before[2] else -1.0)
+        go = _tangent(after[0], _ends(after)[0]) * (1.0 if after[2] else -1.0)
         bend = math.atan2(come.cross(go).dot(normal), come.dot(go))
         curved = any(turning(e, e.first, e.last)[-1] > CURVED for e in (before[0], after[0]))
-        tangent = TANGENT if _are_arcs(before[0], after[0]) else TANGENT_SPLINES
-        out.append(Corner(after[3], math.pi - bend, curved, tangent))
+        inside = before[0] is after[0] and _ends(before)[1] == _ends(after)[0]
+        splines = not inside and not _are_arcs(before[0], after[0])
+        out.append(Corner(after[3], math.pi - bend, curved, splines))
     return out
+
+
+def _tangent(edge, t):
+    """Unit tangent of an edge as a free face gets it: at its ends that of the border of the rigid
+    face on the other side, which may leave the edge's own curve within the tolerance."""
+    d = edge.tangent(t)
+    if t in (edge.first, edge.last):
+        for face, k in edge.uses:
+            if face.kind == RIGID:
+                own = face.border_tangent(k, edge, t)
+                return own * (1.0 if own.dot(d) > 0.0 else -1.0)
+    return d
 
 
 def _are_arcs(*edges):

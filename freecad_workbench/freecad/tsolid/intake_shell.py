@@ -13,7 +13,7 @@ import math
 import FreeCAD
 import Part
 
-from .intake_exact import QUARTER, is_trig
+from .intake_exact import QUARTER, NoForm, is_trig, surface_net
 
 TOLERANCE = 1e-7  # OCC's own confusion distance; edges may carry more
 ROUND = math.pi / 12  # files keep ten digits of angles; parts have round ones
@@ -98,7 +98,7 @@ class Face:
         self.snap = 0.0  # how far an edge is from the isoline that it is taken for
         self.problems = []
         self.uses = uses_of(face.OuterWire)
-        self._curves = {}
+        self._curves, self._rows = {}, {}
 
     @property
     def sign(self):
@@ -159,6 +159,26 @@ class Face:
         p = curve.value(t)
         low, high = (self.box[:2], self.box[2:])[k % 2]
         return min(max((p.x, p.y)[k % 2], low), high)
+
+    def border_tangent(self, k, edge, t):
+        """Unit tangent of a rigid face's border k, in the direction of its parameter, at an end t
+        of an edge: where the surface has a kink there, the one on the edge's side."""
+        row = self._border_row(k)
+        if row is None:
+            return edge.tangent(t)
+        here, there = (self.parameter_on(k, edge, x) for x in (t, edge.first + edge.last - t))
+        points = row.segment(*sorted((here, there))).points
+        a, b = points[:2] if here < there else points[-2:]
+        return FreeCAD.Vector(*(y / b[3] - x / a[3] for x, y in zip(a[:3], b[:3]))).normalize()
+
+    def _border_row(self, k):
+        """Border k as a B-spline, None where there is no formula for it."""
+        if k not in self._rows:
+            try:
+                self._rows[k] = surface_net(self.surface, self.box).border(k)
+            except NoForm:
+                self._rows[k] = None
+        return self._rows[k]
 
     def along(self, k):
         """The border's edges with their ranges on it: (edge, forward, low, high) ascending."""
