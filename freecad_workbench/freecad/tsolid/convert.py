@@ -44,7 +44,8 @@ class Source:
     type as read, way how it was taken (rigid, planar, cap), deviation the largest distance that
     re-writing it as B-splines caused. face: OCC's face, None where there was none. edge_area: of a
     free face, how much its area may differ from what its edges' own curves enclose, because it is
-    filled between its neighbours' borders, which are that near to the edges.
+    filled between its neighbours' borders, which are that near to the edges. follows: it has its
+    parameters from another face.
     """
 
     def __init__(self, name, patches, surface, box, sign, kind, way=RIGID, face=None, **measured):
@@ -54,6 +55,7 @@ class Source:
         self.deviation = measured.get("deviation", 0.0)
         self.snap = measured.get("snap", 0.0)
         self.edge_area = measured.get("edge_area", 0.0)
+        self.follows = measured.get("follows", False)
 
     @property
     def patch(self):
@@ -62,7 +64,7 @@ class Source:
     @property
     def is_spline(self):
         """Are the patches' parameters the surface's own?"""
-        return self.way == RIGID and self.kind == "BSplineSurface"
+        return self.way == RIGID and self.kind == "BSplineSurface" and not self.follows
 
 
 def sources_of_shape(shape, tell=None, corners=(), context=None):
@@ -82,9 +84,10 @@ def sources_of_shape(shape, tell=None, corners=(), context=None):
         source = Source(
             face.name, patches, face.surface, face.box, face.sign, face.type, face.kind, face.face,
             deviation=taken.deviations[k], snap=face.snap, edge_area=_edge_area(face, taken),
+            follows=face.number in taken.followers,
         )
         sources.append(source)
-    notes = [_note(s, shape) for s in sources if s.kind != "BSplineSurface" or s.way != RIGID]
+    notes = [_note(s, shape) for s in sources if not s.is_spline]
     least = 1e-12 * scale_of_shape(shape)
     notes += taken.findings + [_snap_note(s) for s in sources if s.snap > least]
     return sources, notes

@@ -14,7 +14,7 @@ import Part
 from .binding import Cancelled
 from .header import Status
 from .intake_patches import N_SAMPLES, SEED
-from .intake_shell import CAP, PLANAR
+from .intake_shell import CAP, PLANAR, knots_of
 
 _RELATIVE = 1e-12  # of the scale
 _ROUND_OFF = 2.0**-53
@@ -310,9 +310,16 @@ def _flux_of_cap(source, centre):
     return outward * source.sign * (own + moved)
 
 
+def _spans(source, axis):
+    """Where the spans of a face end, in its surface's parameters."""
+    if not source.follows:
+        return _distinct(k for p in source.patches for k in p.knots[axis])
+    low, high = source.box[2 * axis : 2 * axis + 2]
+    return [low] + [k for k in knots_of(source.surface)[axis] if low < k < high] + [high]
+
+
 def _flux_of_spans(source, centre, size):
-    us = _distinct(k for p in source.patches for k in p.knots[0])
-    vs = _distinct(k for p in source.patches for k in p.knots[1])
+    us, vs = (_spans(source, axis) for axis in (0, 1))
     exact = source.is_spline and all(p.weights is None for p in source.patches)
     points = max(d for p in source.patches for d in p.degree) * 3 // 2 + 1
     terms = []

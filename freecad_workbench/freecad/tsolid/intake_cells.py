@@ -34,7 +34,7 @@ class Cell:
         return [arc.a for arc in self.loop]
 
 
-def _border_arcs(face, k):
+def border_arcs(face, k):
     """(low, high, Arc) along an outer border, ascending."""
     out = []
     for edge, forward, _, _ in face.along(k):
@@ -71,7 +71,7 @@ def rigid_cells(face, shell):
         [face.box[2 * axis]] + list(face.cuts[axis]) + [face.box[2 * axis + 1]] for axis in (0, 1)
     ]
     nodes = _grid_nodes(face, shell, stops)
-    outer = [_border_arcs(face, k) for k in range(4)]
+    outer = [border_arcs(face, k) for k in range(4)]
     n, m = len(stops[0]) - 1, len(stops[1]) - 1
 
     def side(k, i, j):

@@ -9,6 +9,7 @@ take the edge's own curve.
 from . import nurbs
 from .intake_cuts import spread_breaks
 from .intake_exact import NoForm, converted_net, curve_row, surface_net
+from .intake_follow import follow
 from .intake_refuse import refuse
 from .intake_shell import CAP, RIGID, near
 
@@ -16,13 +17,14 @@ MAX_DEGREE = 25
 
 
 class Filler:
-    """Nets and border rows of the cells, made once."""
+    """Nets and border rows of the cells, made once. deviation: see follow()."""
 
-    def __init__(self, shell, cells):
+    def __init__(self, shell, cells, deviation):
         self.shell, self.cells = shell, cells
         self.edges = {e.number: e for e in shell.edges}
         self.breaks = spread_breaks(shell)
         self.faces = {}  # nets of whole rigid faces
+        self.moved = {}  # (number, axis) -> from the surface's parameter to the net's
         self.rigid = {}  # arc key -> (cell, border)
         for cell in cells:
             if cell.face.kind == RIGID:
@@ -33,6 +35,7 @@ class Filler:
         for number in self.faces:
             face = shell.faces[number - 1]
             self.faces[number] = _net_of(face, self.breaks[number])
+        self.leaders = follow(shell, self.faces, self._row_of_rigid, deviation, self.moved)
         self.factors = _factors(self)
 
     # ---- rows ----
@@ -59,12 +62,15 @@ class Filler:
         return row.reversed()
 
     def _snapped(self, face, axis, t):
-        """The very number of an end or a break that t is but for rounding."""
+        """The very number of an end or a break that t is but for rounding, as a parameter of the
+        face's net."""
         ends = (face.box[:2], face.box[2:])[axis]
         for value in ends + tuple(sorted(self.breaks[face.number][axis])):
             if near(face, axis, value, t):
-                return value
-        return t
+                t = value
+                break
+        moved = self.moved.get((face.number, axis))
+        return moved(t) if moved else t
 
     def row(self, key, a, b):
         row = self.plain_row(key, a, b)

@@ -22,9 +22,9 @@ from .occ_spline import surface_of_net
 N_SAMPLES = 1000
 SEED = 20120713
 
-Taken = collections.namedtuple("Taken", "shell patches owners deviations findings")
+Taken = collections.namedtuple("Taken", "shell patches owners deviations findings followers")
 Taken.__doc__ = """patches[i] is part of shell.faces[owners[i]], deviations[k] how far the patches
-of face k are from its surface as read."""
+of face k are from its surface as read; followers: numbers of faces with others' parameters."""
 
 
 # ---- names -----------------------------------------------------------------------------------
@@ -127,25 +127,35 @@ def _five_patches(context, filler, cells):
 # ---- all -------------------------------------------------------------------------------------
 
 
-def distance_from_surface(surface, net):
-    """Largest distance of a net from a surface, at N_SAMPLES points: of splines at equal parameters
-    (a projection on one of high degree takes long), of others from the foot."""
+def distance_from_surface(surface, net, equal=None):
+    """Largest distance of a net from a surface, at N_SAMPLES points: at equal parameters, or from
+    the foot. As default splines at equal ones (a projection on one of high degree takes long)."""
+    if equal is None:
+        equal = type(surface).__name__ == "BSplineSurface"
     numbers = random.Random(SEED)
     u0, u1, v0, v1 = net.box
     own, worst = surface_of_net(net), 0.0
     for _ in range(N_SAMPLES):
         place = numbers.uniform(u0, u1), numbers.uniform(v0, v1)
         point = own.value(*place)
-        foot = place if type(surface).__name__ == "BSplineSurface" else surface.parameter(point)
+        foot = place if equal else surface.parameter(point)
         worst = max(worst, (surface.value(*foot) - point).Length)
     return worst
 
 
 def _deviation(face, filler):
     """How far a rigid face's net is from the surface as read."""
-    if face.kind != RIGID or (face.type == "BSplineSurface" and is_clamped(face.surface)):
+    if face.kind != RIGID:
         return 0.0  # free faces are measured when the solid is
+    if face.number in filler.leaders:
+        return _from_foot(face, filler.faces[face.number])
+    if face.type == "BSplineSurface" and is_clamped(face.surface):
+        return 0.0
     return distance_from_surface(face.surface, filler.faces[face.number])
+
+
+def _from_foot(face, net):
+    return distance_from_surface(face.surface, net, equal=False)
 
 
 def _renamed(patch, names):
@@ -176,7 +186,7 @@ def take(shape, context, corners=(), tell=None):
     intake_cuts.complete(shell)
     cells = _split_lenses(shell, cells_of(shell))
     findings, positions = _choose(shell, cells, corners)
-    filler = intake_fill.Filler(shell, cells)
+    filler = intake_fill.Filler(shell, cells, _from_foot)
     deviations = [_deviation(face, filler) for face in shell.faces]
     off = [
         error(face.name, "%s has no exact B-spline form: re-writing it changes it" % face.type,
@@ -187,7 +197,13 @@ def take(shape, context, corners=(), tell=None):
     if off:
         raise Refused(Status.ERROR_REFUSED, off)
     patches, owners = _fill(shell, cells, positions, filler, context, findings)
-    return Taken(shell, patches, owners, deviations, findings)
+    findings += [_follows(shell, n, names) for n, names in sorted(filler.leaders.items())]
+    return Taken(shell, patches, owners, deviations, findings, set(filler.leaders))
+
+
+def _follows(shell, number, names):
+    text = "takes over the parameters of %s, which are others on the edges that they share"
+    return note(shell.faces[number - 1].name, text % ", ".join(names))
 
 
 def _choose(shell, cells, corners):

@@ -367,7 +367,7 @@ def _place_all(face, shell):
         face.problem("", "a border of the face has no edge")
 
 
-def _knots(surface):
+def knots_of(surface):
     """Where the surface's own spans end, in u and v."""
     if isinstance(surface, Part.BSplineSurface):
         return surface.getUKnots(), surface.getVKnots()
@@ -380,7 +380,7 @@ def _snap_to_knots(face):
     """The face's parameter range, brought to knots that are the same place: else a span as narrow
     as what a file format rounds away would be left."""
     surface = face.surface
-    knots, box = _knots(surface), list(face.box)
+    knots, box = knots_of(surface), list(face.box)
     for i in range(4):
         if is_trig(surface, i // 2):
             round_angle = ROUND * round(box[i] / ROUND)

@@ -6,6 +6,8 @@ the tensor product; along each of its directions it is a Row over long points (a
 line of control points), so that whatever is exact for a Row is so for a Net.
 """
 
+import bisect
+
 from .binding import Patch
 
 NEAR = 1e-12  # of the parameter's range: closer knots are one
@@ -120,7 +122,16 @@ class Row:
         return Row.of_beziers(self.breaks(), pieces)
 
     def value(self, t):
-        return self.segment(t, self.last).points[0] if t < self.last else list(self.points[-1])
+        """By de Boor's algorithm."""
+        p, knots = self.degree, self.knots
+        k = min(max(bisect.bisect_right(knots, t) - 1, p), len(self.points) - 1)
+        points = self.points[k - p : k + 1]
+        for r in range(1, p + 1):
+            for j in range(p, r - 1, -1):
+                low, high = knots[k - p + j], knots[k + 1 + j - r]
+                a = (t - low) / (high - low)
+                points[j] = _mix(a, points[j], 1.0 - a, points[j - 1])
+        return list(points[p])
 
     def place(self, t):
         """The point in space of a homogeneous curve."""
