@@ -17,7 +17,7 @@ binding_parts.join_freecad()
 import Part  # noqa: E402
 from FreeCAD import Vector  # noqa: E402
 
-from freecad.tsolid import api, binding, convert, intake_follow, nurbs  # noqa: E402
+from freecad.tsolid import api, convert, intake_follow, nurbs  # noqa: E402
 
 HEIGHT = 6.0
 A, B, C, D = Vector(0, 0, 0), Vector(10, 0, 0), Vector(10, 8, 0), Vector(0, 8, 0)
