@@ -152,14 +152,27 @@ class AllSolids(Building):
 
 
 class Shared(Building):
-    """A hull made of a published skin, when ../shared/data is there."""
+    """Parts made of published skins, when ../shared/data is there."""
 
     test_solids = None
 
-    def test_hull(self):
+    def setUp(self):
         if not os.path.exists(shared_parts.DATA):
             self.skipTest("%s is not there" % shared_parts.DATA)
+
+    def test_hull(self):
         self.check(shared_parts.hull())
+
+    def test_blade(self):
+        self.check(shared_parts.blade())
+
+    def test_blade_as_published(self):
+        """420 spans along each skin, most on other places than the other skin's: taken."""
+        shape = shared_parts.blade(thinned=False)
+        result = api.check(shape)
+        self.assertTrue(result.satisfied, result.text())
+        sources, _ = convert.sources_of_shape(shape)
+        self.assertEqual([s.deviation for s in sources], [0.0] * 6)
 
 
 class RoundTrips(unittest.TestCase):

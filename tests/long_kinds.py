@@ -21,7 +21,7 @@ class AllKinds(unittest.TestCase):
         code, text = run_in_freecad("kind_cases.py", ".Shared.")
         if code == binding_parts.SKIPPED:
             self.skipTest("no ../shared/data")
-        self.assertRegex(text, "1 passed, 0 failed", text)
+        self.assertRegex(text, "3 passed, 0 failed", text)
         self.assertEqual(code, 0, text)
 
     def test_round_trips(self):

@@ -52,3 +52,34 @@ def hull():
         level = edge.BoundBox.ZLength < 1e-9
         rest.append(_lid([edge, image]) if level else Part.makeRuledSurface(edge, image))
     return _solid(half.Faces + other.Faces + rest)
+
+
+def _without_needless_knots(surface, tolerance=1e-4):
+    """FreeCAD's removal of knots, each within the tolerance."""
+    for direction, count in (("U", surface.NbUKnots), ("V", surface.NbVKnots)):
+        remove = getattr(surface, "remove%sKnot" % direction)
+        for index in range(count - 1, 1, -1):
+            remove(index, 0, tolerance)
+    return surface
+
+
+def blade(thinned=True):
+    """The middle of a propeller's blade between its two skins, 80 % of the chord and 65 % of the
+    span, closed by four faces ruled between the skins' isolines. The skins meet in sharp edges and
+    their parameters drift apart at the tip, so the rims are left away. They are interpolations with
+    knots as near as 1e-7 to each other: thinned removes those that change less than a tenth of a
+    micrometre."""
+    box = (0.1, 0.9, 0.2, 0.85)
+    skins = [read("blade_%s.iges" % name).Faces[0].Surface for name in ("upper", "lower")]
+    faces = []
+    for surface in skins:
+        surface.segment(*box)
+        if thinned:
+            _without_needless_knots(surface)
+        faces.append(surface.toShape().Faces[0])
+    for name, at in (("vIso", box[2]), ("uIso", box[1]), ("vIso", box[3]), ("uIso", box[0])):
+        lines = [getattr(surface, name)(at).toShape() for surface in skins]
+        faces += Part.makeRuledSurface(*lines).Faces
+    compound = Part.makeCompound(faces)
+    compound.sewShape()
+    return _solid(compound.Shells[0].Faces)
