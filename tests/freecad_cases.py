@@ -249,6 +249,18 @@ class Refusals(unittest.TestCase):
         self.refused(Part.makeCompound([BOX, other]), "2 solids", "Solid2")
         self.refused(Part.makeCompound([BOX, other.Faces[0]]), "do not belong")
 
+    def test_loose_faces(self):
+        """As IGES gives them: one sentence on what to do, or the places where they are open."""
+        (only,) = self.refused(Part.makeCompound(BOX.Faces), "6 loose faces", "sew them first")
+        self.assertEqual(only.where, "")
+        missing = self.refused(Part.makeCompound(BOX.Faces[:5]), "5 loose faces do not close")
+        self.assertEqual(len(missing), 4)
+        for f in missing:
+            self.assertLess(Part.Vertex(*f.point).distToShape(BOX.Faces[5])[0], 1e-9)
+        beside = BOX.translated(Vector(BOX.BoundBox.XLength, 0, 0))
+        (only,) = self.refused(Part.makeCompound(BOX.Faces + beside.Faces), "lie on one another")
+        self.assertEqual(only.where, "Face2, Face7")
+
     def test_void(self):
         self.refused(BOX.cut(Part.makeBox(1, 1, 1, Vector(4, 4, 4))), "void")
 

@@ -35,6 +35,7 @@ def solid_of(patches):
 
 SHAPES = {
     "box": lambda: BOX,
+    "bar": lambda: Part.makeCylinder(3, 10),
     "wavy": lambda: solid_of(binding_parts.cube(wavy)),
     "shell": lambda: BOX.Shells[0],
     "open": lambda: Part.makeShell(BOX.Faces[:5]),

@@ -27,6 +27,9 @@ class AllKinds(unittest.TestCase):
     def test_round_trips(self):
         self.cases("RoundTrips")
 
+    def test_through_iges(self):
+        self.cases("ThroughIges")
+
 
 del Quick
 

@@ -3,6 +3,7 @@
 """The FreeCAD side from outside: the launcher's files and exit codes, new processes, bad input."""
 
 import json
+import math
 import os
 import random
 import shutil
@@ -170,10 +171,28 @@ class Launcher(WithFolder):
         self.check_schema(report)
 
     def test_iges(self):
-        code, text, errors = launch("check", self.made("box", "a.igs"))
-        # IGES brings loose faces: refused with a sentence, or taken; never a crash
-        self.assertIn(code, (0, 1))
-        self.assertTrue(text if code == 0 else "not a solid" in errors, errors)
+        """Loose faces are sewn, which is told; the solid is the file's to its ten digits."""
+        words = r"note: %d loose faces were sewn to one solid; .* \(measured [-.e0-9]+\)"
+        for kind, faces in (("box", 6), ("bar", 3)):
+            path, out = self.made(kind, kind + ".igs"), self.path(kind)
+            code, text, errors = launch("check", path)
+            self.assertEqual((code, errors), (0, ""), text)
+            self.assertRegex(text, words % faces)
+            text, report = self.built(path, out, kind)
+            self.assertRegex(text, words % faces)
+            self.assertEqual(report["verdict"], "positive")
+            self.check_schema(report)
+            facts = self.facts("document", os.path.join(out, kind + ".FCStd"))
+            self.assertTrue(facts["closed"] and facts["valid"])
+            want = {"box": 6000.0, "bar": 90.0 * math.pi}[kind]
+            self.assertAlmostEqual(report["volume"]["quadrature"] / want, 1.0, delta=1e-8)
+
+    def test_iges_that_does_not_close(self):
+        """A face is missing: where, in one sentence for each edge around it."""
+        path = self.made("open", "open.igs")
+        code, text, errors = launch("check", path)
+        self.assertEqual((code, text), (1, ""))
+        self.assertEqual(errors.count("5 loose faces do not close to a solid"), 4, errors)
 
     def test_check(self):
         code, text, errors = launch("check", self.made("wavy", "a.step"), cwd=self.folder)

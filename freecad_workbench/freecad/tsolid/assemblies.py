@@ -62,13 +62,14 @@ class Clash:
 class AssemblyResult:
     """What was found. parts: members.Member; frames: the placements of their patches; refused:
     {number of a part: its findings}; report: the library's JSON report as a dict with what
-    FreeCAD's kernel measured under "kernel"; built: {number of a first part: api.BuildResult}."""
+    FreeCAD's kernel measured under "kernel"; built: {number of a first part: api.BuildResult};
+    notes: findings on how the parts were read."""
 
     def __init__(self, name, parts):
         self.name, self.parts = name, parts
         self.frames, self.refused = [], {}
         self.interfaces, self.clashes, self.free = [], [], []
-        self.findings = []
+        self.findings, self.notes = [], []
         self.report = {}
         self.built = {}
         self.joined, self.made = None, []  # after a build: Assembly, and a Solid or None per part
@@ -140,6 +141,7 @@ class AssemblyResult:
             lines.append(text)
         for k, built in sorted(self.built.items()):
             lines.append("  %s: %s" % (self.parts[k].name, built.verdict))
+        lines += ["  note: " + str(note) for note in self.notes]
         return "\n".join(api.visible(line) for line in lines)
 
     def as_dict(self):

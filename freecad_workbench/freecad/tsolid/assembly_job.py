@@ -3,19 +3,21 @@
 
 import os
 
-from . import assemblies, files, job, members
+from . import assemblies, files, job, members, sewing
 
 OPTIONS = {"gap": float, "check_only": {"on": True}.__getitem__}
 
 
 def read_parts(path, stage):
-    """The solids of a file as members.Member; raises job.Failure."""
+    """The solids of a file as members.Member, and notes on how they were made of loose faces;
+    raises job.Failure."""
     name, suffix = os.path.splitext(os.path.basename(path))
     suffix = suffix.lower()
     if suffix == ".fcstd":
-        return _parts_of_document(path, stage)
+        return _parts_of_document(path, stage), []
     if suffix in job.SHAPES:
-        return members.of_shape(job.shape_of_file(path, stage, job.SHAPES[suffix]))
+        shape, notes = sewing.sewn(job.shape_of_file(path, stage, job.SHAPES[suffix]))
+        return members.of_shape(shape), notes
     raise job.Failure(
         "%s: assemblies are read from STEP, BREP, IGES and FCStd files, by their endings; for .tsb "
         "files there is the command tsolid assembly" % path)
@@ -37,17 +39,23 @@ def _parts_of_document(path, stage):
 def run(path, out, stage, options, extra, progress):
     """Checks, and builds unless only the check is wanted; returns (result, names of the files
     written into the stage directory)."""
-    parts = read_parts(path, stage)
+    parts, notes = read_parts(path, stage)
     if len(parts) < 2:
         raise job.Failure("%s holds %d solid%s; an assembly has two or more"
                           % (path, len(parts), "" if len(parts) == 1 else "s"))
     name = os.path.splitext(os.path.basename(path))[0]
     if extra.get("check_only"):
         given = (parts, extra.get("gap"), options.tolerance, progress, name)
-        return assemblies.check_parts(*given), []
+        return _noted(assemblies.check_parts(*given), notes), []
     job.check_targets(path, out, name)
     result = assemblies.build_parts(parts, options, extra.get("gap"), progress, name)
+    _noted(result, notes)
     return result, _write(result, stage, name)
+
+
+def _noted(result, notes):
+    result.notes += notes
+    return result
 
 
 def _write(result, stage, name):

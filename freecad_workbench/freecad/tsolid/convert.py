@@ -12,7 +12,7 @@ import math
 
 import Part
 
-from . import binding, intake_patches
+from . import binding, intake_caps, intake_patches
 from .binding import Refused
 from .header import Severity, Status
 from .intake_refuse import problems_of, the_solid
@@ -45,7 +45,8 @@ class Source:
     re-writing it as B-splines caused. face: OCC's face, None where there was none. edge_area: of a
     free face, how much its area may differ from what its edges' own curves enclose, because it is
     filled between its neighbours' borders, which are that near to the edges. follows: it has its
-    parameters from another face.
+    parameters from another face. cap: the geometry of a sphere's cap. loop: a free face's edges, as
+    intake_shell.Face has them.
     """
 
     def __init__(self, name, patches, surface, box, sign, kind, way=RIGID, face=None, **measured):
@@ -56,6 +57,7 @@ class Source:
         self.snap = measured.get("snap", 0.0)
         self.edge_area = measured.get("edge_area", 0.0)
         self.follows = measured.get("follows", False)
+        self.cap, self.loop = measured.get("cap"), measured.get("loop", ())
 
     @property
     def patch(self):
@@ -85,6 +87,8 @@ def sources_of_shape(shape, tell=None, corners=(), context=None):
             face.name, patches, face.surface, face.box, face.sign, face.type, face.kind, face.face,
             deviation=taken.deviations[k], snap=face.snap, edge_area=_edge_area(face, taken),
             follows=face.number in taken.followers,
+            loop=face.loop,
+            cap=intake_caps.Sphere(face) if face.kind == CAP else None,
         )
         sources.append(source)
     notes = [_note(s, shape) for s in sources if not s.is_spline]

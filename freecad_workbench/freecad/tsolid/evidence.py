@@ -247,7 +247,7 @@ def _line_integral(edge, centre, normal, a, b, size, depth):
         terms = []
         for x, w in zip(nodes, weights):
             t = a + (b - a) * x
-            terms.append(w * (edge.valueAt(t) - centre).cross(edge.derivative1At(t)).dot(normal))
+            terms.append(w * (edge.point(t) - centre).cross(edge.derivative(t)).dot(normal))
         return (b - a) * math.fsum(terms)
 
     rough, fine = rule(16), rule(22)
@@ -259,21 +259,14 @@ def _line_integral(edge, centre, normal, a, b, size, depth):
     )
 
 
-def _knots_of_edge(edge):
-    first, last = edge.ParameterRange
-    knots = edge.Curve.getKnots() if hasattr(edge.Curve, "getKnots") else ()
-    return [first] + [k for k in knots if first < k < last] + [last]
-
-
-def area_by_edges(face, centre, normal):
-    """Area of a planar face from its edges alone, by Green's formula."""
-    size = face.BoundBox.DiagonalLength ** 2
+def area_by_edges(loop, centre, normal):
+    """Area of a planar face from its edges alone, by Green's formula. loop: (edge, forward)."""
     terms = []
-    for edge in face.OuterWire.childShapes():
-        sign = -1 if edge.Orientation == "Reversed" else 1
-        knots = _knots_of_edge(edge)
+    for edge, forward in loop:
+        size, knots = edge.edge.BoundBox.DiagonalLength ** 2, edge.knots()
         for a, b in zip(knots, knots[1:]):
-            terms.append(sign * _line_integral(edge, centre, normal, a, b, size, 6))
+            own = _line_integral(edge, centre, normal, a, b, size, 6)
+            terms.append(own if forward else -own)
     return 0.5 * abs(math.fsum(terms))
 
 
@@ -287,26 +280,20 @@ def _outward(source, normal):
 def _flux_of_plane(source, centre):
     plane = source.face.findPlane(1e-7)
     normal = _outward(source, plane.Axis)
-    start = source.face.Vertexes[0].Point
-    return area_by_edges(source.face, start, normal) * (start - centre).dot(normal)
+    area = area_by_edges(source.loop, source.face.Vertexes[0].Point, normal)
+    return area * (plane.Position - centre).dot(normal)
 
 
 def _flux_of_cap(source, centre):
     """Of a sphere's part on one side of a circle: R times its area, and the circle's own area
     for the distance between the sphere's centre and ours."""
-    circle = next(e for e in source.face.OuterWire.childShapes() if not e.Degenerated).Curve
-    for edge in source.face.OuterWire.childShapes():
-        if not edge.Degenerated and not edge.isSeam(source.face):
-            circle = edge.Curve
-    middle, radius = source.surface.Center, source.surface.Radius
-    apex = source.face.CenterOfMass - circle.Center
-    axis = circle.Axis if circle.Axis.dot(apex) > 0.0 else circle.Axis * -1.0
-    height = radius - (circle.Center - middle).dot(axis)
-    own = radius * 2.0 * math.pi * radius * height
-    moved = (middle - centre).dot(axis) * math.pi * circle.Radius**2
+    cap = source.cap
+    height = cap.radius - (cap.centre - cap.middle).dot(cap.d)
+    own = cap.radius * 2.0 * math.pi * cap.radius * height
+    moved = (cap.middle - centre).dot(cap.d) * math.pi * height * (2.0 * cap.radius - height)
     u, v = 0.5 * (source.box[0] + source.box[1]), 0.5 * (source.box[2] + source.box[3])
     normal = source.surface.getDN(u, v, 1, 0).cross(source.surface.getDN(u, v, 0, 1))
-    outward = 1 if normal.dot(source.surface.value(u, v) - middle) > 0.0 else -1
+    outward = 1 if normal.dot(source.surface.value(u, v) - cap.middle) > 0.0 else -1
     return outward * source.sign * (own + moved)
 
 
@@ -351,8 +338,8 @@ def volume_declared(sources, rows, centre, scale):
 def _distance_from(source, centre):
     if source.way == PLANAR:
         plane = source.face.findPlane(1e-7)
-        return abs((source.face.Vertexes[0].Point - centre).dot(plane.Axis))
-    return (source.surface.Center - centre).Length + source.surface.Radius
+        return abs((plane.Position - centre).dot(plane.Axis))
+    return (source.cap.middle - centre).Length + source.cap.radius
 
 
 def volume_by_flux(sources, signs, centre, size, context=None):

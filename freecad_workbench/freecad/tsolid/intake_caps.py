@@ -55,16 +55,15 @@ def sum_of(*terms):
 
 
 class Sphere:
-    """The cap's geometry."""
+    """The cap's geometry: its circle's centre; the sphere's middle and radius; d, north and h as
+    above."""
 
     def __init__(self, face):
-        circle = face.loop[0][0].edge.Curve
-        self.centre = circle.Center
-        axis = circle.Axis
+        self.centre, axis = face.ring.Center, face.ring.Axis
         apex = face.face.CenterOfMass - self.centre
         self.d = axis if axis.dot(apex) > 0.0 else axis * -1.0
-        self.radius = face.surface.Radius
-        self.north = face.surface.Center - self.d * self.radius
+        self.middle, self.radius = face.ball.centre, face.ball.radius
+        self.north = self.middle - self.d * self.radius
         self.h = self.d.dot(self.centre - self.north)
 
     def point(self, place):

@@ -17,7 +17,8 @@ FLAT = math.radians(10.0)  # a straight border's vertex turning by less is no co
 CURVED = math.radians(5.0)  # an edge turning by less is taken for straight
 # Two curves that only nearly pass into each other (arcs after a file format, say) make a bad
 # corner: one of 180 degrees and a little more cannot be filled. A point inside a smooth curve can.
-# Where splines meet, round-off alone would tell the two apart, and differently after a file.
+# Where edges meet, round-off alone would tell the two apart, and differently after a file; only the
+# begin of a closed arc is surely smooth.
 TANGENT, NEARLY = 1e-12, 1e-5
 N_TURN = 256  # tangents per edge by which its turning is measured
 
@@ -95,12 +96,12 @@ def turning(edge, a, b):
 
 class Corner:
     """A vertex of a free face's loop: the interior angle, and whether its edges are curved.
-    splines: it is where splines end, so it may be smooth or not, by round-off."""
+    surely: where it looks smooth it is."""
 
-    def __init__(self, node, angle, curved, splines):
+    def __init__(self, node, angle, curved, surely):
         self.node, self.angle, self.curved = node, angle, curved
         bend = abs(angle - math.pi)
-        self.nearly_smooth = bend < NEARLY and (splines or bend > TANGENT)
+        self.nearly_smooth = bend < NEARLY and (not surely or bend > TANGENT)
 
 
 def plane_normal(face):
@@ -109,7 +110,7 @@ def plane_normal(face):
         return face.surface.Axis
     if face.kind == PLANAR:
         return face.face.findPlane(1e-7).Axis
-    return face.loop[0][0].edge.Curve.Axis
+    return face.ring.Axis
 
 
 def loop_points(face, n=24):
@@ -148,8 +149,8 @@ def corners_of(face):
         bend = math.atan2(come.cross(go).dot(normal), come.dot(go))
         curved = any(turning(e, e.first, e.last)[-1] > CURVED for e in (before[0], after[0]))
         inside = before[0] is after[0] and _ends(before)[1] == _ends(after)[0]
-        splines = not inside and not _are_arcs(before[0], after[0])
-        out.append(Corner(after[3], math.pi - bend, curved, splines))
+        surely = inside or (before[0] is after[0] and _is_arc(before[0]))
+        out.append(Corner(after[3], math.pi - bend, curved, surely))
     return out
 
 
@@ -165,12 +166,9 @@ def _tangent(edge, t):
     return d
 
 
-def _are_arcs(*edges):
-    """Do all faces that run along these edges turn around there?"""
-    return all(
-        is_trig(face.surface, k % 2)
-        for edge in edges for face, k in edge.uses if face.kind == RIGID
-    )
+def _is_arc(edge):
+    """Do all rigid faces that run along this edge turn around there?"""
+    return all(is_trig(face.surface, k % 2) for face, k in edge.uses if face.kind == RIGID)
 
 
 # ---- adding corners ------------------------------------------------------------------------------
@@ -202,11 +200,23 @@ def _stretches(face, corners, chosen):
     return out
 
 
-def _can_be_cut(stretch, face):
-    return all(
-        any(other is not face and other.kind == RIGID for other, _ in arc[0].uses)
-        for arc in stretch
-    )
+def _can_be_cut(arc, face):
+    return any(other is not face and other.kind == RIGID for other, _ in arc[0].uses)
+
+
+def _runs(stretch, face, closed):
+    """The parts of a stretch where rigid neighbours can be cut."""
+    able = [_can_be_cut(arc, face) for arc in stretch]
+    if closed and not all(able):  # begin behind an arc that cannot
+        k = able.index(False) + 1
+        stretch, able = stretch[k:] + stretch[:k], able[k:] + able[:k]
+    out = [[]]
+    for arc, can in zip(stretch, able):
+        if can:
+            out[-1].append(arc)
+        else:
+            out.append([])
+    return [run for run in out if run]
 
 
 def _turning_of(stretch):
@@ -229,9 +239,22 @@ def _places(stretch, count):
         t = t1
         if abs(s1 - want) > 1e-9 * total and i > 0 and profile[i - 1][1] is edge:
             s0, _, t0 = profile[i - 1]
-            t = t0 + (t1 - t0) * (want - s0) / (s1 - s0)
+            t = _turned_by(edge, t0, t1, want - s0)
         out.append((edge, t))
     return out
+
+
+def _turned_by(edge, a, b, angle):
+    """Where between two parameters the tangent has turned by an angle since the first."""
+    start, ends = edge.tangent(a), (a, b)
+    for _ in range(60):
+        t = 0.5 * (ends[0] + ends[1])
+        if t in ends:
+            break
+        d = edge.tangent(t)
+        before = math.atan2(start.cross(d).Length, start.dot(d)) < angle
+        ends = (t, ends[1]) if before else (ends[0], t)
+    return 0.5 * (ends[0] + ends[1])
 
 
 def add_corners(shell, face):
@@ -243,13 +266,14 @@ def add_corners(shell, face):
     lacking = 4 - len(chosen)
     if lacking <= 0:
         return
-    stretches = [s for s in _stretches(face, corners, chosen) if _can_be_cut(s, face)]
+    stretches = [run for s in _stretches(face, corners, chosen)
+                 for run in _runs(s, face, not chosen)]
     stretches = [(s, _turning_of(s)) for s in stretches]
     stretches = [(s, angle) for s, angle in stretches if angle > CURVED]
     if not stretches:
         return
     counts = _share([angle for _, angle in stretches], lacking)
-    closed = not chosen
+    closed = not chosen and len(stretches[0][0]) == len(corners)
     for (stretch, _), count in zip(stretches, counts):
         places = _places(stretch, count)
         if closed:  # no vertex to start from: as far as can be from the one that is none

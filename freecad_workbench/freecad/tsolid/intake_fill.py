@@ -46,20 +46,25 @@ class Filler:
             return self._row_of_rigid(cell.face, k, key, a, b)
         edge = self.edges[key[0]]
         (t0, first), (t1, last) = edge.nodes[key[1]], edge.nodes[key[1] + 1]
-        row = curve_row(edge.edge.Curve, t0, t1).over(0.0, 1.0)
+        row = curve_row(edge.curve, t0, t1).over(0.0, 1.0)
         return row if first is a and (last is b) else row.reversed()
 
     def _row_of_rigid(self, face, k, key, a, b):
+        return self._row_between(face, k, *self._range(face, k, key, a, b))
+
+    def _range(self, face, k, key, a, b):
+        """The parameters on a rigid face's border where the arc begins and ends."""
         edge = self.edges[key[0]]
-        ends = [(face.parameter_on(k, edge, edge.nodes[i][0]), edge.nodes[i][1])
-                for i in (key[1], key[1] + 1)]
-        forward = ends[0][0] < ends[1][0]
-        low, high = sorted(self._snapped(face, k % 2, t) for t, _ in ends)
-        row = self.faces[face.number].border(k).segment(low, high).over(0.0, 1.0)
-        start = ends[0][1] if forward else ends[1][1]
-        if a is b or start is a:
-            return row
-        return row.reversed()
+        ends = [(self._snapped(face, k % 2, face.parameter_on(k, edge, t)), node)
+                for t, node in edge.nodes[key[1] : key[1] + 2]]
+        ends.sort(key=lambda end: end[0])
+        if a is not b and ends[0][1] is not a:
+            ends.reverse()
+        return ends[0][0], ends[1][0]
+
+    def _row_between(self, face, k, start, end):
+        row = self.faces[face.number].border(k).segment(*sorted((start, end))).over(0.0, 1.0)
+        return row if start < end else row.reversed()
 
     def _snapped(self, face, axis, t):
         """The very number of an end or a break that t is but for rounding, as a parameter of the
@@ -110,10 +115,32 @@ class Filler:
         turned = [[type(x)(x.key, x.b, x.a) for x in reversed(s)] for s in sides[2:]]
         return sides[:2] + turned
 
+    def _side_rows(self, side, take):
+        """A side's curves: one for all arcs that follow each other on one border of a rigid face,
+        in that face's own parameter, whatever edges the border is made of."""
+        out, runs = [], []
+        for arc in side:
+            run = self._run(arc)
+            if run and runs and runs[-1] and run[:2] == runs[-1][:2] and run[2] == runs[-1][3]:
+                runs[-1] = runs[-1][:3] + run[3:]
+                out[-1] = self._row_between(*runs[-1])
+                continue
+            runs.append(run)
+            out.append(take(*arc))
+        return out
+
+    def _run(self, arc):
+        """(face, border, parameters of begin and end) of an arc of a rigid face; None where there
+        is none, or where its row is multiplied by a cap's factor."""
+        for cell, k in self.rigid.get(arc.key, ()):
+            if arc.key not in self.factors:
+                return (cell.face, k) + self._range(cell.face, k, *arc)
+        return None
+
     def free_rows(self, cell, plain=False):
         """The four borders as curves over [0, 1]: v low, u high, v high, u low."""
         take = self.plain_row if plain else self.row
-        rows = [[take(*arc) for arc in side] for side in cell.sides]
+        rows = [self._side_rows(side, take) for side in cell.sides]
         out = [None] * 4
         for k in (0, 1):
             spans = [_relative([_length(r) for r in rows[i]]) for i in (k, k + 2)]

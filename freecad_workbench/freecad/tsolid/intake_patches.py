@@ -8,6 +8,8 @@
 import collections
 import random
 
+import FreeCAD
+
 from . import coons, intake_caps, intake_corners, intake_cuts, intake_fill
 from .binding import Refused
 from .header import Status
@@ -144,9 +146,11 @@ def distance_from_surface(surface, net, equal=None):
 
 
 def _deviation(face, filler):
-    """How far a rigid face's net is from the surface as read."""
+    """How far a face's net, or the sphere that it is taken for, is from the surface as read."""
+    if face.kind == CAP:
+        return face.ball.deviation
     if face.kind != RIGID:
-        return 0.0  # free faces are measured when the solid is
+        return 0.0  # planar faces are measured when they are filled
     if face.number in filler.leaders:
         return _from_foot(face, filler.faces[face.number])
     if face.type == "BSplineSurface" and is_clamped(face.surface):
@@ -156,6 +160,16 @@ def _deviation(face, filler):
 
 def _from_foot(face, net):
     return distance_from_surface(face.surface, net, equal=False)
+
+
+def _from_plane(face, patch):
+    """How far a planar face's patch leaves its plane, as its neighbours' borders do that it has
+    taken over: the control points bound it."""
+    plane = face.face.findPlane(TOLERANCE)
+    if plane is None:  # off by more, but within the edges' tolerance
+        return _from_foot(face, net_of_patch(patch))
+    away = (FreeCAD.Vector(*p) - plane.Position for p in patch.points)
+    return max(abs(x.dot(plane.Axis)) for x in away)
 
 
 def _renamed(patch, names):
@@ -197,6 +211,9 @@ def take(shape, context, corners=(), tell=None):
     if off:
         raise Refused(Status.ERROR_REFUSED, off)
     patches, owners = _fill(shell, cells, positions, filler, context, findings)
+    for k, patch in zip(owners, patches):
+        if shell.faces[k].kind == PLANAR:
+            deviations[k] = _from_plane(shell.faces[k], patch)
     findings += [_follows(shell, n, names) for n, names in sorted(filler.leaders.items())]
     return Taken(shell, patches, owners, deviations, findings, set(filler.leaders))
 

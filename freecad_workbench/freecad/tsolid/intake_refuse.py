@@ -3,6 +3,7 @@
 
 import collections
 
+from . import sewing
 from .binding import Refused, finding
 from .header import Severity, Status
 from .intake_shell import uses_of
@@ -87,6 +88,8 @@ def the_solid(shape):
 def _refuse_no_solid(shape):
     if not shape.Faces:
         refuse("", "not a solid: the shape (%s) has no faces" % shape.ShapeType)
+    if len(shape.Faces) > 1 and not shape.Shells:
+        raise Refused(Status.ERROR_REFUSED, _of_loose_faces(shape))
     free = _open_edges(shape)
     if not free:
         refuse(
@@ -95,6 +98,25 @@ def _refuse_no_solid(shape):
             "solid)" % shape.ShapeType,
         )
     raise Refused(Status.ERROR_REFUSED, free)
+
+
+def _of_loose_faces(shape):
+    """What can be done about faces without a shell, as IGES files give them."""
+    n = len(shape.Faces)
+    if sewing.sewn(shape)[0].Solids:
+        text = (
+            "not a solid but %d loose faces, which fit together: sew them first (Part, Shape "
+            "builder: shell from faces, then solid from shell)" % n
+        )
+        return [error("", text)]
+    twice = sewing.doubled(shape)
+    if twice:
+        text = "two of %d loose faces lie on one another, as of parts that touch: " % n
+        return [error(twice, text + "make a solid of each part by itself")]
+    text = "%d loose faces do not close to a solid when they are sewn: " % n
+    words = ("they are open along an edge", "more than two meet in an edge")
+    return [error("", text + words[uses > 2], point=point)
+            for uses, point in sewing.faults(sewing.stitched(shape))]
 
 
 def _open_edges(shape):

@@ -13,7 +13,8 @@ import math
 import FreeCAD
 import Part
 
-from .intake_exact import QUARTER, NoForm, is_trig, surface_net
+from .intake_exact import NoForm, is_trig, surface_net
+from .intake_spheres import ball_of, ring_of, true_circle
 
 TOLERANCE = 1e-7  # OCC's own confusion distance; edges may carry more
 ROUND = math.pi / 12  # files keep ten digits of angles; parts have round ones
@@ -42,6 +43,7 @@ class Edge:
 
     def __init__(self, number, edge, first, last):
         self.number, self.name, self.edge = number, "Edge%d" % number, edge
+        self.curve, self._replaced = edge.Curve, False
         self.first, self.last = edge.ParameterRange
         self.nodes = [(self.first, first), (self.last, last)]
         self.uses = []  # (face, border or -1): one entry per use
@@ -51,12 +53,27 @@ class Edge:
     def closed(self):
         return self.nodes[0][1] is self.nodes[-1][1]
 
+    def replace(self, curve):
+        """Takes a Part.Circle of the same parameter, within the tolerance, for the edge's own."""
+        self.curve, self._replaced = curve, True
+
     def point(self, t):
-        return self.edge.valueAt(t)
+        return self.curve.value(t) if self._replaced else self.edge.valueAt(t)
+
+    def derivative(self, t):
+        """By the parameter."""
+        if self._replaced:
+            return FreeCAD.Vector(*self.curve.tangent(t)[0]) * self.curve.Radius
+        return self.edge.derivative1At(t)
+
+    def knots(self):
+        """Where pieces of the curve end, from first to last."""
+        knots = self.curve.getKnots() if hasattr(self.curve, "getKnots") else ()
+        return [self.first] + [k for k in knots if self.first < k < self.last] + [self.last]
 
     def tangent(self, t):
         """Unit tangent; from a short chord where the derivative vanishes."""
-        d = self.edge.derivative1At(t)
+        d = self.derivative(t)
         if d.Length <= 1e-12 * max(1.0, self.edge.Length) / (self.last - self.first):
             step = 1e-4 * (self.last - self.first)
             step = step if t + step <= self.last else -step
@@ -93,6 +110,7 @@ class Face:
         self.box = tuple(face.ParameterRange)
         self.borders = ([], [], [], [])
         self.loop = []
+        self.ball = self.ring = None  # of a cap: its sphere, and the circle that it ends in
         self.cuts = ([], [])
         self.inner = {}  # nodes where cuts cross
         self.snap = 0.0  # how far an edge is from the isoline that it is taken for
@@ -158,7 +176,8 @@ class Face:
         curve = self.pcurve(edge)[0]
         p = curve.value(t)
         low, high = (self.box[:2], self.box[2:])[k % 2]
-        return min(max((p.x, p.y)[k % 2], low), high)
+        value = min(max((p.x, p.y)[k % 2], low), high)
+        return next((x for x in (low, high) if near(self, k % 2, x, value)), value)
 
     def border_tangent(self, k, edge, t):
         """Unit tangent of a rigid face's border k, in the direction of its parameter, at an end t
@@ -294,14 +313,26 @@ def _read_face(face, shell):
         face.kind = CAP
     else:
         _place_all(face, shell)
-        if any("isoparametric" in text for _, text, _ in face.problems) and _is_flat(face):
-            face.problems, face.kind = [], PLANAR
-            face.borders = ([], [], [], [])
+        if face.problems:
+            _free(face, shell)
     if face.kind != RIGID:
         face.loop = _loop(face, shell)
         for edge, _ in face.loop:
             edge.uses.append((face, -1))
     return face
+
+
+def _free(face, shell):
+    """A face that is no rectangle may yet be a plane, or a sphere's cap, written in another way."""
+    if any("isoparametric" in text for _, text, _ in face.problems) and _is_flat(face):
+        face.kind = PLANAR
+    elif _is_cap(face, shell):
+        face.kind = CAP
+    else:
+        return
+    face.problems, face.borders, face.snap = [], ([], [], [], []), 0.0
+    for edge in shell.edges:
+        edge.uses = [(other, k) for other, k in edge.uses if other is not face]
 
 
 def _is_flat(face):
@@ -336,12 +367,19 @@ def _outline(face, shell):
 def _is_cap(face, shell):
     """Is this the part of a sphere on one side of one circle?"""
     outer = _outline(face, shell)
-    if not outer or not all(isinstance(e.edge.Curve, Part.Circle) for e in outer):
+    if not outer:
         return False
-    circle = outer[0].edge.Curve
-    turned = sum(e.last - e.first for e in outer)
-    same = all((e.edge.Curve.Center - circle.Center).Length <= e.tolerance for e in outer)
-    return same and abs(turned - 4 * QUARTER) < 1e-9
+    for edge in outer:
+        _make_true(face, edge)
+    face.ring = ring_of(outer)
+    face.ball = ball_of(face.surface, face.box) if face.ring is not None else None
+    return face.ball is not None
+
+
+def _make_true(face, edge):
+    circle = true_circle(face, edge)
+    if circle is not None:
+        edge.replace(circle)
 
 
 # ---- rigid faces -----------------------------------------------------------------------------
@@ -429,6 +467,7 @@ def _place(face, edge):
     far = {k: _distance_from_isoline(face, points, k) for k in (axis, axis + 2)}
     best = min(far, key=far.get)
     if far[best] <= edge.tolerance:
+        _make_true(face, edge)
         face.borders[best].append((edge, True))
         face.snap = max(face.snap, far[best])
         edge.uses.append((face, best))

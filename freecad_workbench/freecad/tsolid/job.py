@@ -15,7 +15,7 @@ import sys
 import traceback
 import zipfile
 
-from . import api, binding
+from . import api, binding, sewing
 
 EXIT_BASE = 40  # 40, 41, 42: our 0, 1, 2; all else is FreeCAD's own end
 
@@ -73,16 +73,17 @@ def read_part(path, stage, corners=()):
     suffix = suffix.lower()
     if suffix == ".tsb":
         return api.Part.read_tsb(path, name)
+    notes = []
     if suffix == ".fcstd":
         shape = _shape_of_document(path, stage)
     elif suffix in SHAPES:
-        shape = shape_of_file(path, stage, SHAPES[suffix])
+        shape, notes = sewing.sewn(shape_of_file(path, stage, SHAPES[suffix]))
     else:
         raise Failure(
             "%s: only STEP, BREP, IGES, FCStd and .tsb files are read, by their endings" % path
         )
     part = api.Part.of(shape, corners=corners)
-    part.name = name
+    part.name, part.notes = name, notes + part.notes
     return part
 
 
