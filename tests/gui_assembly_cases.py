@@ -6,6 +6,7 @@ import tempfile
 
 import FreeCAD as App
 import FreeCADGui as Gui
+import Part
 from PySide import QtGui
 
 import gui_harness as h
@@ -101,6 +102,26 @@ def _export(path):
     h.pump(0.1)
 
 
+def check_of_several_solids():
+    """Check on a compsolid is the check of an assembly; on one of its solids it is not."""
+    doc = App.newDocument("Several")
+    halves = [Part.makeBox(10, 10, 10, App.Vector(x, 0, 0)) for x in (0, 10)]
+    both = doc.addObject("Part::Feature", "Both")
+    both.Shape = Part.CompSolid(halves[0].generalFuse(halves[1:])[0].Solids)
+    one = doc.addObject("Part::Feature", "One")
+    one.Shape = halves[0]
+    doc.recompute()
+    assert len(both.Shape.Solids) == 2
+    select(both)
+    click(tool_button("Tsolid_Check"))
+    says("Watertight: 1 contacts, 1 of them proved")
+    close_panel()
+    select(one)
+    click(tool_button("Tsolid_Check"))
+    until(lambda: h.shown("verdict") and "Yes" in part("verdict").text(), 60, "one solid")
+    close_panel()
+
+
 def assembly_of_a_tree():
     """Parts in a moved container, one of them a Link; selected in the tree as one."""
     doc = App.newDocument("Tree")
@@ -146,4 +167,4 @@ def bad_assembly():
     close_panel()
 
 
-CASES = (check_assembly, assembly_of_a_tree, bad_assembly)
+CASES = (check_assembly, check_of_several_solids, assembly_of_a_tree, bad_assembly)

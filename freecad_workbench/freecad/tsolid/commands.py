@@ -136,8 +136,11 @@ def _open_panel(make):
 
 
 def check(obj):
-    from . import panels
+    """One solid as a part, several together as an assembly."""
+    from . import assembly_panel, panels
 
+    if len(convert.shape_of(obj).Solids) > 1:
+        return _open_panel(lambda: assembly_panel.AssemblyPanel([obj], False))
     return _open_panel(lambda: panels.CheckPanel(obj))
 
 
