@@ -332,7 +332,13 @@ class BadInput(WithFolder):
 
     def test_documents(self):
         self.refused(self.made("two", "two.FCStd"), "2 solids")
-        self.refused(self.made("none", "none.FCStd"), "0 solids")
+        self.refused(self.made("none", "none.FCStd"), "holds no solid")
+
+    def test_several_solids_are_checked_as_an_assembly(self):
+        for name in ("two.FCStd", "two.brep"):
+            code, text, errors = launch("check", self.made("two", name))
+            self.assertEqual((code, errors), (0, ""), text)
+            self.assertIn("two: No parts touch", text)
 
     def write(self, name, data):
         path = self.path(name)

@@ -22,8 +22,21 @@ EXIT_BASE = 40  # 40, 41, 42: our 0, 1, 2; all else is FreeCAD's own end
 _OUT, _ERR = 3, 4
 
 
+MAX_NAMES = 8  # of solids in a message
+
+
 class Failure(Exception):
     """One sentence for the user."""
+
+
+class Several(Failure):
+    """There is more than one solid where one is needed."""
+
+    def __init__(self, path, names):
+        some = ", ".join(names[:MAX_NAMES]) + (", ..." if len(names) > MAX_NAMES else "")
+        super().__init__(
+            "%s holds %d solids (%s); one is needed: tsolid-freecad assembly takes all, with the "
+            "faces that they share" % (path, len(names), some))
 
 
 def _say(descriptor, text):
@@ -82,6 +95,8 @@ def read_part(path, stage, corners=()):
         raise Failure(
             "%s: only STEP, BREP, IGES, FCStd and .tsb files are read, by their endings" % path
         )
+    if len(shape.Solids) > 1:
+        raise Several(path, ["Solid%d" % (k + 1) for k in range(len(shape.Solids))])
     part = api.Part.of(shape, corners=corners)
     part.name, part.notes = name, notes + part.notes
     return part
@@ -130,9 +145,10 @@ def _shape_of_document(path, stage):
 
     document, plain = open_document(path, stage)
     found = [o for o in document.Objects if _is_part(o)]
-    if len(found) != 1:
-        names = ", ".join(o.Label for o in found) or "none"
-        raise Failure("%s holds %d solids (%s); one is needed" % (path, len(found), names))
+    if not found:
+        raise Failure("%s holds no solid" % path)
+    if len(found) > 1:
+        raise Several(path, [o.Label for o in found])
     shape = found[0].Shape.copy()
     outer = found[0].getGlobalPlacement() * found[0].Placement.inverse()
     shape.Placement = outer * shape.Placement
@@ -308,6 +324,10 @@ def run(command, path, out, stage, options):
         write_page = _page_writer()
     try:
         part = read_part(path, stage, options.corners)
+    except Several:
+        if command == "build":
+            raise
+        return _run_assembly(path, out, stage, "check_only=on")
     except binding.Refused as error:
         result = api.CheckResult(name, error.findings, {})
     else:
