@@ -18,7 +18,7 @@ import nets  # noqa: E402
 import shared_parts  # noqa: E402
 
 from freecad.tsolid import api, binding, convert, sewing  # noqa: E402
-from freecad_kinds import GAPS, REFUSED, TAKEN, TOO_COARSE, chamfered  # noqa: E402
+from freecad_kinds import GAPS, REFUSED, TAKEN, chamfered  # noqa: E402
 
 # FreeCAD's IGES reader gives no face for an extruded parabola.
 LOST_BY_IGES = ("extruded parabola",)
@@ -140,7 +140,7 @@ class Building(unittest.TestCase):
 
 
 class AllSolids(Building):
-    names = tuple(name for name in TAKEN if name not in TOO_COARSE)
+    names = tuple(TAKEN)
 
 
 class Shared(Building):

@@ -23,7 +23,7 @@ static void map_box(const double u[3], double point[3], double *weight) {
   *weight = 1.0;
 }
 
-/* A box with straight edges and bumps inside its faces. */
+/* A box with straight edges and bumps on its faces, across them so that none folds. */
 static void map_bumped(const double u[3], double point[3], double *weight) {
   int inside = 0;
   map_box(u, point, weight);
@@ -31,7 +31,8 @@ static void map_bumped(const double u[3], double point[3], double *weight) {
     inside += u[c] > 0.0 && u[c] < 1.0;
   if (inside == 2)
     for (int c = 0; c < 3; c++)
-      point[c] += 0.1 * sin(5.0 * u[(c + 1) % 3] + 3.0 * u[(c + 2) % 3]);
+      if (u[c] == 0.0 || u[c] == 1.0)
+        point[c] += 0.1 * sin(5.0 * u[(c + 1) % 3] + 3.0 * u[(c + 2) % 3]);
 }
 
 /* det J > 0: the volume between the boundary and the origin by the corners of its elements. */

@@ -338,7 +338,8 @@ typedef struct tsolid_boundary tsolid_boundary;
 
 /* Orients, places, checks and prepares (DESIGN: the input boundary). requirement may be NULL.
  * TSOLID_ERROR_INPUT for malformed patches, TSOLID_ERROR_REFUSED when the requirement does not
- * hold. */
+ * hold, or when a side folds over itself: where its two tangents are parallel inside it no solid is
+ * valid (the singular corners that the certificate names are no such places). */
 TSOLID_API tsolid_status tsolid_boundary_create(tsolid_context *context,
                                                 const tsolid_boundary_input *input,
                                                 const tsolid_boundary_options *options,

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "boundary.h"
+#include "boundary_fold.h"
 #include "complex.h"
 #include "surface.h"
 
@@ -639,7 +640,13 @@ tsolid_status tsolid_boundary_create(tsolid_context *context, const tsolid_bound
   for (int i = 0; i < 8; i++)
     find_corner(made, i, found.corner[i]);
   made->requirement = found;
-  status = tsi_progress(context, stage, 1.0);
+  int n_findings = context->n_findings;
+  status = tsi_boundary_check_folds(context, made);
+  if (status) {
+    found.satisfied = 0;
+    found.n_violations += context->n_findings - n_findings;
+  } else
+    status = tsi_progress(context, stage, 1.0);
 done:
   tsi_arena_free(&arena);
   if (requirement)

@@ -76,14 +76,7 @@ double tsi_hull_distance(int n, const double (*vector)[3]) {
 /* ---- tangents of a side -------------------------------------------------------------------------
  */
 
-/* One Bezier element of a side at work. */
-typedef struct patch_net {
-  int side, degree[3];
-  double size; /* largest distance of two control points' coordinates */
-  double point[TSI_MAX_ORDER * TSI_MAX_ORDER * 4];
-} patch_net;
-
-static void load_net(const tsolid_boundary *boundary, int side, int element, patch_net *net) {
+void tsi_net_load(const tsolid_boundary *boundary, int side, int element, tsi_patch_net *net) {
   const tsi_side *s = &boundary->side[side];
   size_t n = (size_t)(s->degree[0] + 1) * (size_t)(s->degree[1] + 1);
   net->side = side;
@@ -116,11 +109,8 @@ static void make_unit(double v[3], double size) {
     v[i] = none ? 0.0 : v[i] / length;
 }
 
-/* Point and n at local (x, y) of the element. n points to the inside of the part in the canonical
- * position: along s x t on the low side of axis 0 and 2, where (s, t, inward) is right-handed.
- * Returns the shorter of the legs: what control points beside a corner are away from it. */
-static double normal_at(const patch_net *net, double x, double y, double point[3],
-                        double normal[3]) {
+double tsi_net_normal(const tsi_patch_net *net, double x, double y, double point[3],
+                      double normal[3]) {
   double h[16], e[12];
   const double local[3] = {x, y, 0.0};
   tsi_bezier_evaluate(net->degree, net->point, 4, local, 1, h);
@@ -180,9 +170,9 @@ void tsi_corner_measure(const tsolid_boundary *boundary, int corner, tsi_corner 
     int e = element_at(&boundary->side[side], s, t);
     if (e < 0)
       continue;
-    patch_net net;
-    load_net(boundary, side, e, &net);
-    leg = fmin(leg, normal_at(&net, s, t, result->point, result->normal[axis]));
+    tsi_patch_net net;
+    tsi_net_load(boundary, side, e, &net);
+    leg = fmin(leg, tsi_net_normal(&net, s, t, result->point, result->normal[axis]));
   }
   result->tolerance = tsi_singular_tolerance(boundary->scale, leg);
   result->bound = tsi_hull_distance(3, (const double(*)[3])result->normal);
@@ -234,14 +224,14 @@ static void bound_side(const tsolid_boundary *boundary, int side, best *b) {
     tsi_gauss(s->degree[d] + 1, node[d] + GRID, weight);
     n[d] = GRID + s->degree[d] + 1;
   }
-  patch_net net;
+  tsi_patch_net net;
   for (int e = 0; e < s->n_elements; e++) {
-    load_net(boundary, side, e, &net);
+    tsi_net_load(boundary, side, e, &net);
     for (int j = 0; j < n[1]; j++)
       for (int i = 0; i < n[0]; i++) {
         if ((i < GRID) != (j < GRID))
           continue;
-        normal_at(&net, node[0][i], node[1][j], point, normal);
+        tsi_net_normal(&net, node[0][i], node[1][j], point, normal);
         take(b, norm(normal), point);
       }
   }
@@ -271,27 +261,27 @@ static int collect_border(const tsi_side *s, int side, int axis, int end, border
 }
 
 /* n of one side at parameter u of the isoline, from the given element. */
-static void border_normal(const patch_net *net, const border_element *b, int axis, int end,
+static void border_normal(const tsi_patch_net *net, const border_element *b, int axis, int end,
                           double u, double point[3], double normal[3]) {
   double x = (u - b->lo) / (b->hi - b->lo), y = (double)end;
   x = x < 0.0 ? 0.0 : x > 1.0 ? 1.0 : x;
   if (tsi_side_s(net->side) == axis)
-    normal_at(net, x, y, point, normal);
+    tsi_net_normal(net, x, y, point, normal);
   else
-    normal_at(net, y, x, point, normal);
+    tsi_net_normal(net, y, x, point, normal);
 }
 
 static void bound_isoline(const tsolid_boundary *boundary, int isoline, border_element *list[2],
                           best *b) {
   int axis = isoline / 4, n[2], at[2] = {0, 0}, end[2], side[2];
   int other[2] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
-  patch_net net[2];
+  tsi_patch_net net[2];
   for (int i = 0; i < 2; i++) {
     side[i] = 2 * other[i] + (isoline >> i & 1);
     end[i] = isoline >> (1 - i) & 1; /* on this side the isoline lies at the other axis' end */
     n[i] = collect_border(&boundary->side[side[i]], side[i], axis, end[i], list[i]);
     if (n[i] > 0)
-      load_net(boundary, side[i], list[i][0].element, &net[i]);
+      tsi_net_load(boundary, side[i], list[i][0].element, &net[i]);
   }
   while (at[0] < n[0] && at[1] < n[1]) {
     const border_element *e[2] = {&list[0][at[0]], &list[1][at[1]]};
@@ -306,7 +296,7 @@ static void bound_isoline(const tsolid_boundary *boundary, int isoline, border_e
     int step[2] = {e[0]->hi <= e[1]->hi, e[1]->hi <= e[0]->hi};
     for (int i = 0; i < 2; i++)
       if (step[i] && ++at[i] < n[i])
-        load_net(boundary, side[i], list[i][at[i]].element, &net[i]);
+        tsi_net_load(boundary, side[i], list[i][at[i]].element, &net[i]);
   }
 }
 

@@ -22,6 +22,22 @@ static inline double tsi_singular_tolerance(double scale, double leg) {
                                                : tolerance;
 }
 
+/* One Bezier element of a side at work. */
+typedef struct tsi_patch_net {
+  int side, degree[3];
+  double size; /* largest distance of two control points' coordinates */
+  double point[TSI_MAX_ORDER * TSI_MAX_ORDER * 4];
+} tsi_patch_net;
+
+void tsi_net_load(const tsolid_boundary *boundary, int side, int element, tsi_patch_net *net);
+
+/* Point at local (x, y) of the element, and n, the product of the unit tangents. n points to the
+ * inside of the part in the canonical position: along s x t on the low side of axis 0 and 2, where
+ * (s, t, inward) is right-handed. Returns the shorter of the legs: what control points beside a
+ * corner are away from it. */
+double tsi_net_normal(const tsi_patch_net *net, double x, double y, double point[3],
+                      double normal[3]);
+
 /* At a corner of the cube: its point; per side that meets there (axis 0, 1, 2) the product n of the
  * side's unit tangents, pointing inward, zero where the isolines are tangent or stand still;
  * whether det J = 0 there in the arm over that side, whatever the inside, but for `tolerance`; the
