@@ -226,6 +226,13 @@ def filleted(count=1):
     return block.makeFillet(2, block.Edges[:count])
 
 
+def cut_circle(*degrees):
+    """A hemisphere whose circle has vertices at these angles, too."""
+    points = [Vector(3 * math.cos(a), 3 * math.sin(a), 0) for a in map(math.radians, degrees)]
+    half = Part.makeSphere(3, ORIGIN, Z, 0, 90, 360)
+    return half.generalFuse([Part.Vertex(p) for p in points])[0].Solids[0]
+
+
 def rounded_bar():
     bar = Part.makeCylinder(4, 12)
     return bar.makeFillet(1, [e for e in bar.Edges if e.Closed])
@@ -308,6 +315,7 @@ TAKEN = {
     "capsule": lambda: domed(2),
     "hemisphere": lambda: Part.makeSphere(3, ORIGIN, Z, 0, 90, 360),
     "hemisphere of splines": lambda: Part.makeSphere(3, ORIGIN, Z, 0, 90, 360).toNurbs(),
+    "hemisphere, its circle cut": lambda: cut_circle(40, 90, 130),
     "zone of a sphere": lambda: Part.makeSphere(5, ORIGIN, Z, -30, 40, 360),
     "revolved": lambda: revolved(120),
     "revolved spline": revolved_spline,

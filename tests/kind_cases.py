@@ -2,6 +2,7 @@
 """Tests that run inside FreeCADCmd (started by test_kinds.py and long_kinds.py): parts of all kinds
 from freecad_kinds.py, their verdicts, their solids, and the same through files."""
 
+import math
 import os
 import re
 import sys
@@ -18,18 +19,20 @@ import nets  # noqa: E402
 import shared_parts  # noqa: E402
 
 from freecad.tsolid import api, binding, convert, sewing  # noqa: E402
-from freecad_kinds import GAPS, REFUSED, TAKEN, chamfered  # noqa: E402
+from freecad_kinds import GAPS, REFUSED, TAKEN, chamfered, cut_circle  # noqa: E402
 
 # FreeCAD's IGES reader gives no face for an extruded parabola.
 LOST_BY_IGES = ("extruded parabola",)
 # Opposite edges get knots that differ in the tenth digit: one net has one more span, hardly wide.
 SPLIT_BY_IGES = ("scaled",)
-# A cap with nothing but another face beside it needs its circle in one piece, or four; a rational
-# spline comes back in three.
-REFUSED_AFTER_IGES = {"hemisphere of splines": "180 degrees"}
 # one of each way in which faces are taken
 QUICK = ("cut obliquely", "quarter cylinder", "hemisphere", "mirrored", "L", "bent bar", "lens",
          "far from the origin")
+
+
+def corner_points(patch):
+    n, m = patch.n_control
+    return [patch.points[i + n * j] for i in (0, n - 1) for j in (0, m - 1)]
 
 
 class Verdicts(unittest.TestCase):
@@ -92,6 +95,19 @@ class Corners(unittest.TestCase):
         want = shape.getElement(other).Point
         far = min(max(abs(a - b) for a, b in zip(want, c)) for c in corners)
         self.assertLess(far, 1e-9)
+
+    def test_vertices_of_a_circle_are_taken_where_they_fit(self):
+        """Corners a quarter turn apart, on two of the vertices at 0, 40, 90, 130 and 275 degrees
+        if they can be; where none fits, one stays where the sphere's seam ends."""
+        for degrees, first in (((40, 90, 130), 0), ((40, 130, 275), 40), ((50, 100, 275), 0)):
+            sources, _ = convert.sources_of_shape(cut_circle(*degrees))
+            flat = next(s for s in sources if len(s.patches) == 1)
+            found = [math.degrees(math.atan2(p[1], p[0])) for p in corner_points(flat.patches[0])]
+            want = [first + 90.0 * k for k in range(4)]
+            far = [min(abs(math.remainder(a - b, 360.0)) for b in want) for a in found]
+            self.assertLess(max(far), 1e-6)
+            named = [name for name in flat.patches[0].corner_names if name]
+            self.assertEqual(len(named), sum(a % 360 in (0,) + degrees for a in want))
 
     def test_impossible_corners_are_refused(self):
         shape = chamfered()
@@ -220,9 +236,6 @@ class RoundTrips(unittest.TestCase):
                     continue
                 self.assertEqual(len(notes), 1)
                 self.assertLessEqual(notes[0].measured, 1e-6)
-                if name in REFUSED_AFTER_IGES:
-                    self.assertRegex(api.check(back).text(), REFUSED_AFTER_IGES[name])
-                    continue
                 if name in SPLIT_BY_IGES:
                     self.assertTrue(api.check(back).satisfied)
                     continue

@@ -9,9 +9,10 @@ its corner there then: both caps of a bar are cut by the same four lines) or in 
 
 import math
 
+from . import intake_lenses
 from .intake_cells import cells_of, uses
 from .intake_exact import is_trig
-from .intake_shell import CAP, PLANAR, RIGID, arcs_of, near
+from .intake_shell import PLANAR, RIGID, arcs_of, near
 
 FLAT = math.radians(10.0)  # a straight border's vertex turning by less is no corner
 CURVED = math.radians(5.0)  # an edge turning by less is taken for straight
@@ -55,7 +56,7 @@ def cut_from(shell, edge, t):
     left = [(edge, t)]
     while left:
         edge, t = left.pop()
-        add_node(shell, edge, t)
+        shell.add_node(edge, t)
         for face, k in list(edge.uses):
             if face.kind != RIGID:
                 continue
@@ -66,15 +67,6 @@ def cut_from(shell, edge, t):
             face.cuts[axis].append(value)
             face.cuts[axis].sort()
             left.append(edge_at(face, (k + 2) % 4, value))
-
-
-def add_node(shell, edge, t):
-    node = edge.node_at(t)
-    if node is None:
-        node = shell.new_node(edge.point(t))
-        edge.nodes.append((t, node))
-        edge.nodes.sort(key=lambda x: x[0])
-    return node
 
 
 # ---- how borders turn ----------------------------------------------------------------------------
@@ -287,35 +279,10 @@ def complete(shell):
     for face in shell.faces:
         if face.kind != RIGID:
             make_counterclockwise(face)
+    intake_lenses.give_rims(shell)
     for face in shell.faces:
-        other = lens_partner(face)
-        if other is not None and face.number < other.number:
-            _quarter(shell, face)
-    for face in shell.faces:
-        if face.kind != RIGID and lens_partner(face) is None:
+        if face.kind != RIGID and face.rim is None:
             add_corners(shell, face)
-
-
-def lens_partner(face):
-    """The other free face, where two free faces share one closed line and nothing else."""
-    others = {other.number: other for edge, _ in face.loop for other, _ in edge.uses
-              if other is not face}
-    if face.kind == RIGID or len(others) != 1:
-        return None
-    (other,) = others.values()
-    alone = other.kind != RIGID and len(other.loop) == len(face.loop)
-    return other if alone and CAP in (face.kind, other.kind) else None
-
-
-def _quarter(shell, face):
-    """Four vertices on the line that two faces share."""
-    corners = corners_of(face)
-    chosen = [c.node for c in corners][:4]
-    stretches = _stretches(face, corners, chosen)
-    counts = _share([_turning_of(s) for s in stretches], 4 - len(chosen))
-    for stretch, count in zip(stretches, counts):
-        for edge, t in _places(stretch, count):
-            add_node(shell, edge, t)
 
 
 def _share(angles, n):

@@ -139,8 +139,11 @@ class Filler:
 
     def free_rows(self, cell, plain=False):
         """The four borders as curves over [0, 1]: v low, u high, v high, u low."""
-        take = self.plain_row if plain else self.row
-        rows = [self._side_rows(side, take) for side in cell.sides]
+        if cell.face.rim is not None:
+            rows = [[_rim_row(cell.face.rim, side, plain)] for side in cell.sides]
+        else:
+            take = self.plain_row if plain else self.row
+            rows = [self._side_rows(side, take) for side in cell.sides]
         out = [None] * 4
         for k in (0, 1):
             spans = [_relative([_length(r) for r in rows[i]]) for i in (k, k + 2)]
@@ -165,6 +168,11 @@ def _net_of(face, breaks):
     return net
 
 
+def _rim_row(rim, side, plain):
+    row = rim.row(side[0].a, side[-1].b)
+    return row if plain else row.times(row.weights())
+
+
 def _length(row, n=16):
     places = [row.place(row.first + (row.last - row.first) * i / n) for i in range(n + 1)]
     return sum(
@@ -185,10 +193,10 @@ def _relative(lengths):
 
 def _factors(filler):
     """Arc key -> (node, weights from there): what a cap multiplies its neighbours' rows by, handed
-    on across them to the next."""
+    on across them to the next. A rim's two faces know it themselves."""
     found, left = {}, []
     for cell in filler.cells:
-        if cell.face.kind != CAP:
+        if cell.face.kind != CAP or cell.face.rim is not None:
             continue
         for key, a, b in cell.loop:
             if isinstance(key[0], int) and key not in found:

@@ -10,10 +10,10 @@ import random
 
 import FreeCAD
 
-from . import coons, intake_caps, intake_corners, intake_cuts, intake_fill
+from . import coons, intake_caps, intake_corners, intake_cuts, intake_fill, intake_lenses
 from .binding import Refused
 from .header import Status
-from .intake_cells import Arc, Cell, cells_of
+from .intake_cells import cells_of
 from .intake_exact import is_clamped
 from .intake_refuse import error, note, refuse
 from .intake_shell import CAP, PLANAR, RIGID, TOLERANCE, Shell
@@ -80,45 +80,8 @@ def _free_patch(context, filler, cell, positions):
     return patch, report
 
 
-# ---- lenses ----------------------------------------------------------------------------------
-
-
-def _split_lenses(shell, cells):
-    """Two free faces that share one circle and nothing else: the first cap becomes five cells."""
-    out, done = [], set()
-    for cell in cells:
-        other = intake_cuts.lens_partner(cell.face)
-        if other is None or cell.face.kind != CAP or other.number in done or len(cell.loop) != 4:
-            out.append(cell)
-            continue
-        done.add(cell.face.number)
-        out += _five_cells(shell, cell)
-    return out
-
-
-def _five_cells(shell, cell):
-    """Ring and square with their arcs; nets come later."""
-    face, number = cell.face, cell.face.number
-    sphere = intake_caps.Sphere(face)
-    inner = []
-    for arc in cell.loop:
-        place = sphere.centre + (arc.a.point - sphere.centre) * 0.5
-        inner.append(shell.new_node(sphere.point(place)))
-    cells = []
-    for i, arc in enumerate(cell.loop):
-        j = (i + 1) % 4
-        low = Arc(("cap", number, "square", i), inner[i], inner[j])
-        high = Arc(("cap", number, "radius", j), inner[j], arc.b)
-        left = Arc(("cap", number, "radius", i), inner[i], arc.a)
-        cells.append(Cell(face, sides=[[low], [high], [arc], [left]]))
-    square = [Arc(("cap", number, "square", i), inner[i], inner[(i + 1) % 4]) for i in range(4)]
-    back = [Arc(a.key, a.b, a.a) for a in square]
-    cells.append(Cell(face, sides=[[square[0]], [square[1]], [back[2]], [back[3]]]))
-    return cells
-
-
-def _five_patches(context, filler, cells):
-    rows = [filler.plain_row(*cell.sides[2][0]) for cell in cells[:4]]
+def _five_patches(context, cells):
+    rows = [cell.face.rim.row(*cell.corners[3:1:-1]) for cell in cells[:4]]
     ring, inner = intake_caps.five_nets(cells[0].face, rows)
     around = [inner[0], inner[1], inner[2].reversed(), inner[3].reversed()]
     square, report = _planar_patch(context, around, cells[0].face, cells[4].corners)
@@ -198,7 +161,7 @@ def take(shape, context, corners=(), tell=None):
     if problems:
         raise Refused(Status.ERROR_REFUSED, problems)
     intake_cuts.complete(shell)
-    cells = _split_lenses(shell, cells_of(shell))
+    cells = intake_lenses.split(shell, cells_of(shell))
     findings, positions = _choose(shell, cells, corners)
     filler = intake_fill.Filler(shell, cells, _from_foot)
     deviations = [_deviation(face, filler) for face in shell.faces]
@@ -255,7 +218,7 @@ def _fill(shell, cells, positions, filler, context, findings):
             five[face.number].append(cell)
             if len(five[face.number]) < 5:
                 continue
-            made, _ = _five_patches(context, filler, five[face.number])
+            made, _ = _five_patches(context, five[face.number])
             for own, patch in zip(five[face.number], made):
                 _renamed(patch, _names(shell, own))
         if len(made) == 1:

@@ -111,6 +111,7 @@ class Face:
         self.borders = ([], [], [], [])
         self.loop = []
         self.ball = self.ring = None  # of a cap: its sphere, and the circle that it ends in
+        self.rim = None  # of a lens: intake_lenses.Rim
         self.cuts = ([], [])
         self.inner = {}  # nodes where cuts cross
         self.snap = 0.0  # how far an edge is from the isoline that it is taken for
@@ -276,6 +277,15 @@ class Shell:
     def new_node(self, point, name=""):
         self.nodes.append(Node(len(self.nodes), point, name))
         return self.nodes[-1]
+
+    def add_node(self, edge, t):
+        """The node at a parameter of an edge, made where there is none."""
+        node = edge.node_at(t)
+        if node is None:
+            node = self.new_node(edge.point(t))
+            edge.nodes.append((t, node))
+            edge.nodes.sort(key=lambda x: x[0])
+        return node
 
     def _ends(self, edge):
         return [self.node(v) for v in (edge.firstVertex(False), edge.lastVertex(False))]
