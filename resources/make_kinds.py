@@ -15,7 +15,7 @@ import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 TESTS = os.path.join(ROOT, "tests")
-COLUMNS, SIZE = 10, 1.05
+COLUMNS, SIZE, GAP = 10, 1.05, 0.18  # GAP: of the height, for the name
 LEFT_OUT = ("two solids", "shell", "open", "wire", "compound of one", "sliver", "rough", "hollow")
 TRIANGLES = """
 import json, os, sys
@@ -56,13 +56,13 @@ def draw(axes, name, taken, points, faces):
     colour = np.array([0.35, 0.72, 0.42] if taken else [0.85, 0.42, 0.38])
     axes.add_collection3d(Poly3DCollection(corners, facecolors=light[:, None] * colour,
                                            edgecolors="none"))
-    middle, half = (points.max(0) + points.min(0)) / 2, np.ptp(points, axis=0).max() * 0.42
+    middle, half = (points.max(0) + points.min(0)) / 2, np.ptp(points, axis=0).max() * 0.46
     for k, limits in enumerate((axes.set_xlim, axes.set_ylim, axes.set_zlim)):
         limits(middle[k] - half, middle[k] + half)
     axes.set_box_aspect((1, 1, 1))
     axes.set_axis_off()
     axes.view_init(24, -58)
-    axes.set_title(name, fontsize=5, y=-0.06)
+    axes.set_title(name, fontsize=5.5, y=-0.13)
 
 
 def main():
@@ -75,11 +75,11 @@ def main():
 
     rows = [row for row in triangles() if row[0] not in LEFT_OUT]
     lines = -(-len(rows) // COLUMNS)
-    figure = pyplot.figure(figsize=(COLUMNS * SIZE, lines * SIZE))
+    figure = pyplot.figure(figsize=(COLUMNS * SIZE, lines * SIZE * (1 + GAP)))
     for k, row in enumerate(rows):
         draw(figure.add_subplot(lines, COLUMNS, k + 1, projection="3d"), *row)
-    figure.subplots_adjust(0, 0.02, 1, 1, 0, 0.02)
-    figure.savefig(sys.argv[1], dpi=90, pil_kwargs={"optimize": True})
+    figure.subplots_adjust(0, GAP / lines, 1, 1, 0, GAP)
+    figure.savefig(sys.argv[1], dpi=100, pil_kwargs={"optimize": True})
 
 
 if __name__ == "__main__":
