@@ -13,6 +13,7 @@ import binding_parts
 
 binding_parts.join_freecad()
 
+import FreeCAD  # noqa: E402
 import Part  # noqa: E402
 
 import nets  # noqa: E402
@@ -108,6 +109,18 @@ class Corners(unittest.TestCase):
             self.assertLess(max(far), 1e-6)
             named = [name for name in flat.patches[0].corner_names if name]
             self.assertEqual(len(named), sum(a % 360 in (0,) + degrees for a in want))
+
+    def test_far_from_the_origin_as_at_the_origin(self):
+        """A cylinder a hundred thousand times its size away has the same layout."""
+        patches = []
+        for base in (FreeCAD.Vector(), FreeCAD.Vector(1e5, 2e5, -3e5)):
+            shape = Part.makeCylinder(3, 10, base, FreeCAD.Vector(1, 2, 3))
+            sources, _ = convert.sources_of_shape(shape)
+            patches.append([p for s in sources for p in s.patches])
+            for patch in patches[-1]:
+                patch.points = [FreeCAD.Vector(*p) - base for p in patch.points]
+        self.assertEqual(len(patches[0]), 6)
+        self.assertLess(nets.difference(*map(nets.nets_of, patches)), 1e-9)
 
     def test_impossible_corners_are_refused(self):
         shape = chamfered()
@@ -209,8 +222,10 @@ class RoundTrips(unittest.TestCase):
     def compare(self, shape, back, suffix):
         result = api.check(back)
         self.assertTrue(result.satisfied, result.text())
-        far = nets.difference(self.nets(shape), self.nets(back))
-        self.assertLessEqual(far, self.DIGITS[suffix] * convert.scale_of_shape(shape))
+        scale = convert.scale_of_shape(shape)
+        far = nets.difference(self.nets(shape), self.nets(back),
+                              scale / shape.BoundBox.DiagonalLength)
+        self.assertLessEqual(far, self.DIGITS[suffix] * scale)
 
     def test_brep(self):
         for name, make in TAKEN.items():

@@ -8,7 +8,7 @@ that changes a patch by more than this. Everything else does, so it is a differe
 
 import math
 
-KNOT = 1e-9  # knots and weights: relative
+KNOT = 1e-9  # knots and weights: relative, of a part near the origin
 
 
 class Net:
@@ -51,19 +51,20 @@ class Net:
         return [rows[i][j] for i in range(n) for j in range(m)
                 if not self.free or i in (0, n - 1) or j in (0, m - 1)]
 
-    def distance_as_is(self, other):
-        """The largest distance of two control points; inf when anything else differs."""
+    def distance_as_is(self, other, allowed=KNOT):
+        """The largest distance of two control points; inf when anything else differs, knots and
+        weights by more than is allowed."""
         sizes = [(n.degree, [len(k) for k in n.knots], n.free) for n in (self, other)]
         if sizes[0] != sizes[1]:
             return math.inf
         numbers = [(a, b) for x, y in zip(self.knots, other.knots) for a, b in zip(x, y)]
         numbers += zip(self._compared(self.weights), self._compared(other.weights))
-        if any(abs(a - b) > KNOT for a, b in numbers):
+        if any(abs(a - b) > allowed for a, b in numbers):
             return math.inf
         return max(map(math.dist, self._compared(self.points), self._compared(other.points)))
 
-    def distance(self, other):
-        return min(self.distance_as_is(s) for s in other.symmetries())
+    def distance(self, other, allowed=KNOT):
+        return min(self.distance_as_is(s, allowed) for s in other.symmetries())
 
 
 def nets_of(patches, free=()):
@@ -71,15 +72,19 @@ def nets_of(patches, free=()):
     return [Net.of(p, p.name in free) for p in patches]
 
 
-def difference(ours, theirs):
+def difference(ours, theirs, far=1.0):
     """The largest distance of a net from its own partner in the other set; inf when the sets
-    cannot be paired. Partners are far nearer than anything else, so the nearest is the one."""
+    cannot be paired. Partners are far nearer than anything else, so the nearest is the one.
+
+    far: how many times its own size a part is from the origin: so many times less is known of its
+    knots and weights after a file that keeps a number of digits of its coordinates.
+    """
     left, worst = list(theirs), 0.0
     for net in ours:
         if not left:
             return math.inf
-        far = [net.distance(other) for other in left]
-        k = far.index(min(far))
-        worst = max(worst, far[k])
+        away = [net.distance(other, KNOT * far) for other in left]
+        k = away.index(min(away))
+        worst = max(worst, away[k])
         del left[k]
     return math.inf if left else worst

@@ -77,6 +77,12 @@ class Nets(unittest.TestCase):
         raised = changed(0, degree=(1, 1), knots=((0.0, 0.0, 1.0, 2.0, 3.0, 3.0), KNOTS[1]))
         self.assertEqual(self.with_first(raised), math.inf)
 
+    def test_less_is_known_far_from_the_origin(self):
+        knots = ((0.0, 0.0, 0.0, 2.0 + 1e-7, 5.0, 5.0, 5.0), KNOTS[1])
+        theirs = nets.nets_of([changed(0, knots=knots)] + self.patches[1:])
+        for far, same in ((1.0, False), (10.0, False), (100.0, True)):
+            self.assertEqual(nets.difference(self.ours, theirs, far) == 0.0, same)
+
     def test_every_patch_counts(self):
         self.assertEqual(nets.difference(self.ours, self.ours[:2]), math.inf)
         self.assertEqual(nets.difference(self.ours[:2], self.ours), math.inf)

@@ -19,8 +19,10 @@ CURVED = math.radians(5.0)  # an edge turning by less is taken for straight
 # Two curves that only nearly pass into each other (arcs after a file format, say) make a bad
 # corner: one of 180 degrees and a little more cannot be filled. A point inside a smooth curve can.
 # Where edges meet, round-off alone would tell the two apart, and differently after a file; only the
-# begin of a closed arc is surely smooth.
+# begin of a closed arc is surely smooth. TANGENT is the library's TSI_SINGULAR_TOLERANCE, and as
+# there grows with what some roundings of coordinates do to the direction of a short leg.
 TANGENT, NEARLY = 1e-12, 1e-5
+ROUNDINGS = 32.0 * 2.0**-53
 N_TURN = 256  # tangents per edge by which its turning is measured
 
 
@@ -88,12 +90,12 @@ def turning(edge, a, b):
 
 class Corner:
     """A vertex of a free face's loop: the interior angle, and whether its edges are curved.
-    surely: where it looks smooth it is."""
+    surely: where it looks smooth it is; error: by how much round-off may turn the tangents."""
 
-    def __init__(self, node, angle, curved, surely):
+    def __init__(self, node, angle, curved, surely, error):
         self.node, self.angle, self.curved = node, angle, curved
         bend = abs(angle - math.pi)
-        self.nearly_smooth = bend < NEARLY and (not surely or bend > TANGENT)
+        self.nearly_smooth = bend < NEARLY and (not surely or bend > max(TANGENT, error))
 
 
 def plane_normal(face):
@@ -135,6 +137,7 @@ def corners_of(face):
     """The loop's vertices with their interior angles, each at the begin of its arc."""
     normal, out = plane_normal(face), []
     arcs = arcs_of(face)
+    round_off = ROUNDINGS * max(abs(c) for p in loop_points(face) for c in p)
     for before, after in zip(arcs[-1:] + arcs[:-1], arcs):
         come = _tangent(before[0], _ends(before)[1]) * (1.0 if before[2] else -1.0)
         go = _tangent(after[0], _ends(after)[0]) * (1.0 if after[2] else -1.0)
@@ -142,8 +145,16 @@ def corners_of(face):
         curved = any(turning(e, e.first, e.last)[-1] > CURVED for e in (before[0], after[0]))
         inside = before[0] is after[0] and _ends(before)[1] == _ends(after)[0]
         surely = inside or (before[0] is after[0] and _is_arc(before[0]))
-        out.append(Corner(after[3], math.pi - bend, curved, surely))
+        leg = min(_leg(before), _leg(after))
+        out.append(Corner(after[3], math.pi - bend, curved, surely, round_off / leg))
     return out
+
+
+def _leg(arc):
+    """How far an arc gets from its begin: no less than its first control point."""
+    a, b = _ends(arc)
+    start = arc[0].point(a)
+    return max((arc[0].point(a + (b - a) * t) - start).Length for t in (0.25, 0.5, 0.75, 1.0))
 
 
 def _tangent(edge, t):

@@ -21,7 +21,7 @@ from . import nurbs
 from .nurbs import Net, Row
 
 QUARTER = math.pi / 2
-_SLACK = 1e-9  # an arc may exceed a quarter turn by rounding
+_SLACK = 1e-4  # an arc may exceed a quarter turn, by a file's rounding: it is as exact
 
 
 class NoForm(Exception):

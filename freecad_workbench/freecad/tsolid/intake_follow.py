@@ -23,7 +23,6 @@ from .intake_shell import TOLERANCE
 from .nurbs import Net, Row, joined
 
 ALONG = ((0, 2), (3, 1))  # the borders that run in u: v low, v high; in v: u low, u high
-NEAR = 1e-9  # of a parameter's range, as intake_shell.near()
 _PLACES = [k / 8.0 for k in range(9)]
 _ALIKE = 1e-13  # relative: points that one factor or one image makes equal
 
@@ -257,7 +256,7 @@ class _Follower:
         own = next(self.nets[face.number].border(k) for k, p in zip(ALONG[axis], pieces) if p)
         row = next(net.border(k) for k, p in zip(ALONG[axis], pieces) if p)
         known = [pair for p in pieces if p for pair in _stops(p)]
-        self.moved[face.number, axis] = _Moved(own, row, known)
+        self.moved[face.number, axis] = _Moved(own, row, known, face.blur(axis))
         self.nets[face.number] = net
         leaders = self.leaders.setdefault(face.number, [])
         leaders += [x.leader[0].name for p in pieces if p for x in p
@@ -268,13 +267,12 @@ class _Moved:
     """From a face's own parameter to the one that it has taken over: known pairs, and elsewhere the
     place on the curve."""
 
-    def __init__(self, own, row, known):
-        self.own, self.row, self.known = own, row, known
+    def __init__(self, own, row, known, blur):
+        self.own, self.row, self.known, self.blur = own, row, known, blur
 
     def __call__(self, value):
-        width = self.own.last - self.own.first
         for old, new in self.known:
-            if abs(old - value) <= NEAR * width:
+            if abs(old - value) <= self.blur:
                 return new
         new = find_on(self.row, self.own.place(value))
         self.known.append((value, new))

@@ -14,7 +14,7 @@ import FreeCAD
 import Part
 
 from .intake_exact import NoForm, is_trig, surface_net
-from .intake_spheres import ball_of, ring_of, true_circle
+from .intake_spheres import ball_of, ring_of, through, true_circle
 
 TOLERANCE = 1e-7  # OCC's own confusion distance; edges may carry more
 ROUND = math.pi / 12  # files keep ten digits of angles; parts have round ones
@@ -117,7 +117,7 @@ class Face:
         self.snap = 0.0  # how far an edge is from the isoline that it is taken for
         self.problems = []
         self.uses = uses_of(face.OuterWire)
-        self._curves, self._rows = {}, {}
+        self._curves, self._rows, self._longest = {}, {}, {}
 
     @property
     def sign(self):
@@ -172,13 +172,23 @@ class Face:
                 out.append(edge)
         return out
 
+    def blur(self, axis, tolerance=TOLERANCE):
+        """How much of a parameter is nothing: by rounding, or as isolines so near to each other
+        have no points that are further apart than a tolerance."""
+        low, high = (self.box[:2], self.box[2:])[axis]
+        if axis not in self._longest:
+            self._longest[axis] = _longest_line(self.surface, self.box, axis)
+        share = tolerance / max(self._longest[axis], tolerance)
+        return max(1e-9, min(share, 1e-3)) * (high - low)
+
     def parameter_on(self, k, edge, t):
         """Where on border k, as a parameter of the surface, the edge's point t lies."""
         curve = self.pcurve(edge)[0]
         p = curve.value(t)
         low, high = (self.box[:2], self.box[2:])[k % 2]
         value = min(max((p.x, p.y)[k % 2], low), high)
-        return next((x for x in (low, high) if near(self, k % 2, x, value)), value)
+        blur = self.blur(k % 2, edge.tolerance)
+        return next((x for x in (low, high) if abs(x - value) <= blur), value)
 
     def border_tangent(self, k, edge, t):
         """Unit tangent of a rigid face's border k, in the direction of its parameter, at an end t
@@ -226,6 +236,17 @@ class _Shifted:
 
     def value(self, t):
         return self._curve.value(t) + self._by
+
+
+def _longest_line(surface, box, axis, n=8):
+    """About how long an isoline gets, counted as if it were as fast everywhere as in its fastest
+    part."""
+    steps = [[low + (high - low) * i / n for i in range(n + 1)] for low, high in (box[:2], box[2:])]
+    longest = 0.0
+    for x in steps[1 - axis]:
+        line = [surface.value(*((t, x) if axis == 0 else (x, t))) for t in steps[axis]]
+        longest = max([longest] + [(q - p).Length for p, q in zip(line, line[1:])])
+    return n * longest
 
 
 def _period(surface, axis):
@@ -383,7 +404,10 @@ def _is_cap(face, shell):
         _make_true(face, edge)
     face.ring = ring_of(outer)
     face.ball = ball_of(face.surface, face.box) if face.ring is not None else None
-    return face.ball is not None
+    if face.ball is None:
+        return False
+    face.ball = through(face.ball, face.ring)
+    return True
 
 
 def _make_true(face, edge):
@@ -502,12 +526,17 @@ def _bend(face, points, axis):
 
 
 def _place_seam(face, edge):
-    """A seam is two opposite borders at once."""
+    """A seam is two opposite borders at once, a whole turn apart, whatever a file left of that."""
     points = _trim_points(face, edge)
     if points is None:
         face.problem(edge.name, "the edge has no curve on the surface")
         return
     across_u = abs(points[0].x - points[-1].x) < abs(points[0].y - points[-1].y)
+    axis = 0 if across_u else 1
+    if is_trig(face.surface, axis):
+        box = list(face.box)
+        box[2 * axis + 1] = box[2 * axis] + 2.0 * math.pi
+        face.box = tuple(box)
     for k in (1, 3) if across_u else (0, 2):
         face.borders[k].append((edge, True))
         edge.uses.append((face, k))
@@ -545,8 +574,8 @@ def _order_borders(face):
 
 
 def near(face, axis, a, b):
-    low, high = (face.box[:2], face.box[2:])[axis]
-    return abs(a - b) <= 1e-9 * (high - low)
+    """Are two parameters one, but for rounding and for what a file left of the coordinates?"""
+    return abs(a - b) <= face.blur(axis)
 
 
 def arcs_of(face):

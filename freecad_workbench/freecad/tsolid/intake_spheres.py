@@ -37,6 +37,16 @@ def ball_of(surface, box):
     return Ball(centre, radius, deviation) if deviation <= TOLERANCE else None
 
 
+def through(ball, ring):
+    """The sphere next to a ball that passes through a circle, if the ball does within TOLERANCE:
+    what is laid between the two has one border then, not two that a file's last digits part."""
+    height = (ball.centre - ring.Center).dot(ring.Axis)
+    centre = ring.Center + ring.Axis * height
+    radius = math.hypot(height, ring.Radius)
+    moved = (centre - ball.centre).Length + abs(radius - ball.radius)
+    return Ball(centre, radius, ball.deviation + moved) if moved <= TOLERANCE else ball
+
+
 def _grid(surface, box, n):
     u0, u1, v0, v1 = box
     return [surface.value(u0 + (u1 - u0) * i / n, v0 + (v1 - v0) * j / n)

@@ -3,7 +3,8 @@
 
 The CAD kernel's own sewing makes one edge of two that run along each other within a tolerance; the
 faces' surfaces stay as they are. Tried are the tolerances of the file, then a growing one for all,
-up to a small part of the size; the first at which everything closes is taken.
+up to a small part of the size, or of the coordinates where these are much larger; the first at
+which everything closes and is valid is taken, if none is valid the first at which it closes.
 """
 
 import Part
@@ -13,6 +14,7 @@ from .header import Severity
 from .intake_shell import uses_of
 
 SMALLEST, LARGEST = 1e-7, 1e-5  # mm; of the diagonal
+DIGITS = 2e-9  # of the coordinates: as two points may differ that are written with ten digits
 N_SAMPLES = 32
 
 
@@ -24,21 +26,29 @@ def sewn(shape):
         return shape, []
     if doubled(shape):
         return shape, []
-    for tolerance in _tolerances(shape.BoundBox.DiagonalLength):
+    best = []
+    for tolerance in _tolerances(shape.BoundBox):
         solids = _closed(shape, tolerance)
-        if solids:
-            made = solids[0] if len(solids) == 1 else Part.makeCompound(solids)
-            return made, [_note(shape, made)]
-    return shape, []
+        if solids and all(s.isValid() for s in solids):
+            best = solids
+            break
+        best = best or solids
+    if not best:
+        return shape, []
+    made = best[0] if len(best) == 1 else Part.makeCompound(best)
+    return made, [_note(shape, made)]
 
 
-def _tolerances(size):
+def _tolerances(box):
     """None: those that the edges have."""
     yield None
+    most = max(LARGEST * box.DiagonalLength,
+               DIGITS * max(map(abs, (box.XMin, box.XMax, box.YMin, box.YMax, box.ZMin, box.ZMax))))
     tolerance = SMALLEST
-    while tolerance <= LARGEST * size:
+    while tolerance < most:
         yield tolerance
         tolerance *= 10.0
+    yield most
 
 
 def _closed(shape, tolerance):
